@@ -213,23 +213,32 @@ fn interruptions_and_extensions() {
     assert_same(&at.join("grown"), &at.join("fresh"), false);
 
     // A kill before the last block was replaced: old blocks stand beside a new one, and the design names both. The
-    // blocks of the new method are those of a study of it alone.
-    done(at, &study("", &LANES[10..]), &["alone"]);
-    std::fs::rename(at.join("alone/blocks"), at.join("grown/added-lanes")).expect("a folder");
-    for (name, content) in old.iter().filter(|(name, _)| *name != new[first].0) {
-        std::fs::write(blocks.join(name), content).expect("a file");
+    // blocks of the new method are those of a study of it alone. Where one of them is lost, its trials are computed
+    // again.
+    for is_lost in [false, true] {
+        let (alone, added) = (format!("alone-{is_lost}"), at.join("grown/added-lanes"));
+        done(at, &study("", &LANES[10..]), &[&alone]);
+        std::fs::rename(at.join(alone).join("blocks"), &added).expect("a folder");
+        if is_lost {
+            let there = files(&added);
+            let last = there.iter().rfind(|(name, _)| name.starts_with('c')).expect("a block");
+            std::fs::remove_file(added.join(&last.0)).expect("a block");
+        }
+        for (name, content) in old.iter().filter(|(name, _)| *name != new[first].0) {
+            std::fs::write(blocks.join(name), content).expect("a file");
+        }
+        let of_design = |of: &[(String, Vec<u8>)]| {
+            let found = of.iter().find(|(name, _)| name == "design.json");
+            let mut json: Value = serde_json::from_slice(&found.expect("a design").1).expect("JSON");
+            json.as_object_mut().expect("an object").remove("checksum");
+            json
+        };
+        let mut both = of_design(&new);
+        both["before"] = of_design(&old);
+        std::fs::write(blocks.join("design.json"), asobench::files::sealed(&both)).expect("a file");
+        done(at, &eleven, &["grown"]);
+        assert_same(&at.join("grown"), &at.join("fresh"), true);
     }
-    let of_design = |of: &[(String, Vec<u8>)]| {
-        let found = of.iter().find(|(name, _)| name == "design.json");
-        let mut json: Value = serde_json::from_slice(&found.expect("a design").1).expect("JSON");
-        json.as_object_mut().expect("an object").remove("checksum");
-        json
-    };
-    let mut both = of_design(&new);
-    both["before"] = of_design(&old);
-    std::fs::write(blocks.join("design.json"), asobench::files::sealed(&both)).expect("a file");
-    done(at, &eleven, &["grown"]);
-    assert_same(&at.join("grown"), &at.join("fresh"), true);
 }
 
 /// A run that was ended leaves many blocks of neighbouring trials. Each gets the new method's trials.

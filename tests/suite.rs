@@ -5,13 +5,14 @@ mod commands;
 mod contributions;
 mod newcomers;
 
+use asobench::claim::Verdict;
 use asobench::data::Realisation;
 use asobench::estimator::EstimatorName;
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Block, Measure, Trial, run};
 use asobench::suite::{
-    Competitor, Division, Law, Laws, MethodResults, MethodTimes, Scenario, ScenarioResults, ScenarioTimes, Suite, Tier,
-    ideal_share, ideal_weights, law, paired, published, score, share_within,
+    Competitor, Division, Law, Laws, MethodResults, MethodTimes, Scenario, ScenarioResults, ScenarioTimes, Stored,
+    Suite, Tier, ideal_share, ideal_weights, law, paired, published, score, share_within,
 };
 use asobench::theory::{distribution, quantile};
 use std::collections::BTreeMap;
@@ -32,7 +33,6 @@ fn scenario(free: usize) -> Scenario {
         plant: "G".to_owned(),
         weight: 1.0,
         separate: 1.0,
-        trials: 400,
         is_capped: false,
     }
 }
@@ -179,12 +179,9 @@ fn times_of_made_up_rounds() {
         ],
     };
     let typical = whole.typical();
-    assert!(
-        (typical.value - 4.0).abs() < 1e-12 && typical.error > 0.0,
-        "{typical:?}"
-    );
+    assert!((typical.value - 4.0).abs() < 1e-12 && typical.mcse > 0.0, "{typical:?}");
     assert_eq!(whole.extremes().map(f64::round), [2.0, 8.0]);
-    assert_eq!(whole.longest().as_millis(), 500);
+    assert_eq!(whole.longest(), 0.5);
     let lost = MethodTimes {
         method: "m".to_owned(),
         scenarios: vec![of(&[None, None, Some(1.0)])],
@@ -229,9 +226,9 @@ fn scores_of_made_up_runs() {
     let found = score(&[(&of, &whole)]);
     for efficiency in found.efficiency {
         assert!((efficiency.value - 1.0).abs() < 0.01, "{found:?}");
-        assert!((0.01..0.2).contains(&efficiency.error), "{found:?}");
+        assert!((0.01..0.2).contains(&efficiency.mcse), "{found:?}");
     }
-    assert!(!found.is_below && found.lost.value == 0.0 && found.lost.error == 1.0 / 402.0);
+    assert!(!found.is_below && found.lost.value == 0.0 && found.lost.mcse == 1.0 / 402.0);
     assert_eq!(found.coverage.unwrap().value, 0.5);
     assert_eq!(found.fit.value, 90.0);
     let mut half = exact.clone();
@@ -289,7 +286,7 @@ fn paired_runs() {
     assert_eq!((found.win, found.tie, found.loss), (0.4, 0.4, 0.2));
     assert!((found.lead.value - 0.2).abs() < 1e-15);
     let variance: f64 = (0.6 - 0.04) / 4.0;
-    assert!((found.lead.error - variance.sqrt()).abs() < 1e-15);
+    assert!((found.lead.mcse - variance.sqrt()).abs() < 1e-15);
     // Where one is for no scenario of the other there is nothing to compare.
     let none = MethodResults {
         scenarios: vec![results(Vec::new())],
@@ -472,7 +469,7 @@ fn results_that_do_not_fit_are_refused() {
     };
     let text = own.text();
     assert_eq!(MethodResults::parse(&text).unwrap(), own);
-    assert!(MethodResults::parse(&text.replace("1.25", "1.24")).is_err());
+    assert!(MethodResults::parse(text.replace("1.25", "1.24")).is_err());
     let first = own.clone().of(&suite).unwrap();
     assert_eq!(first.scenarios[0].d.len(), 20);
     type Change = fn(&mut MethodResults);
@@ -630,7 +627,7 @@ fn the_quick_tier_is_by_its_rule() {
     let own = quick.scenarios().filter(|of| of.is_bank).map(|of| of.name.as_str());
     assert_eq!(own.collect::<Vec<_>>(), rule);
     assert_eq!(
-        [quick.trials(), standard.trials(), of("1.1", Tier::Quick).trials()],
+        [&quick, &standard, &of("1.1", Tier::Quick)].map(|of| of.trials(false)),
         [10, 50, 20]
     );
 }
@@ -662,15 +659,21 @@ fn laws_are_corrected_over_scenarios() {
     let laws = Laws::new(edition(), 9, vec![of(1.0, 0.02), of(1.2, 0.9), of(0.95, 0.01)]);
     let holm: Vec<f64> = laws.scenarios.iter().map(|of| of.holm).collect();
     assert_eq!(holm, [0.04, 0.9, 0.03]);
-    assert!(laws.scenarios.iter().all(|of| of.holds() == Some(false)));
-    let alone = |mean: f64, p: f64| Laws::new(edition(), 9, vec![of(mean, p)]).scenarios[0].holds();
+    assert!(laws.scenarios.iter().all(|of| of.verdict() == Verdict::DoesNotHold));
+    let alone = |mean: f64, p: f64| Laws::new(edition(), 9, vec![of(mean, p)]).scenarios[0].verdict();
     let found = [(1.05, 0.5), (1.05, 0.04), (1.15, 0.5), (1.11, 0.5)].map(|(mean, p)| alone(mean, p));
-    assert_eq!(found, [Some(true), Some(false), Some(false), None]);
+    let expected = [
+        Verdict::Holds,
+        Verdict::DoesNotHold,
+        Verdict::DoesNotHold,
+        Verdict::Undecided,
+    ];
+    assert_eq!(found, expected);
     let few = Law {
         mean: [1.0, 0.3],
         ..of(1.0, 0.5)
     };
-    assert_eq!(Law { holm: 1.0, ..few }.holds(), None);
+    assert_eq!(Law { holm: 1.0, ..few }.verdict(), Verdict::Undecided);
 }
 
 /// The program carries the law of each scenario of 2.0, for the contests that measure the coefficients alone.

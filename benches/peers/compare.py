@@ -235,7 +235,7 @@ class Comparison:
         return difference / math.hypot(self.error(row, figure), self.error(self.reference, figure))
 
     def complaint(self):
-        """One line about the medians that deviate, or None. What is not a number deviates."""
+        """One line about the medians that deviate, or None. A median that is not a number deviates."""
         worst = [
             (abs(deviation), row, figure)
             for row in self.rows

@@ -47,8 +47,8 @@ pub(super) fn word(path: &Path) -> String {
     shell_word(path.display())
 }
 
-/// Collects what is in the folders of a command, or if none are given in the plan's default one, and says what was found
-/// and not used. With `may_lack` the default folder need not exist yet.
+/// Collects what is in the folders of a command, or if none are given in the plan's default one, and says what was
+/// found and not used. With `may_lack` the default folder need not exist yet.
 pub(super) fn collected(
     (plan, given): (&Path, &[PathBuf]),
     experiment: &Experiment,

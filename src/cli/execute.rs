@@ -11,7 +11,7 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange, ResultsFolder,
     RunError, RunOptions, Summary, take_over,
 };
-use crate::text::{count, visible};
+use crate::text::{count, listed, visible};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -162,14 +162,10 @@ pub(super) fn execute(
 
 /// Says that results are replaced, and which files are not theirs.
 pub(super) fn replaces(path: &Path, beside: &[String]) {
-    let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
-    let more = match beside.len().saturating_sub(NAMES_SHOWN) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
+    let shown = visible(listed(beside, NAMES_SHOWN));
     let stays = match beside {
         [] => String::new(),
-        _ => format!("; not of them, and left as it is: {shown}{more}"),
+        _ => format!("; not of them, and left as it is: {shown}"),
     };
     let path = path.display();
     note(&format!(

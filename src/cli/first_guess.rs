@@ -322,6 +322,9 @@ pub(super) mod tests {
 
     /// Every command with every word of the table: an answer names no flag that the command does not have.
     pub(in crate::cli) fn answers_fit(all: &clap::Command) {
+        // An indented line without ": " would be taken for one of words.
+        let all_lines = include_str!("first_guess/words.txt").lines();
+        assert_eq!(all_lines.filter(|line| line.starts_with(' ')).count(), ANSWERS.len());
         let mut seen = 0;
         let names = |answer: &'static Answer| answer.names.split(' ').map(move |name| (name, answer));
         let arguments = ANSWERS.iter().filter(|answer| !answer.of.contains("WORD"));

@@ -36,7 +36,8 @@ impl Lines {
 
     /// Appends a line.
     pub(super) fn line(&mut self, line: impl Display) {
-        self.0.extend([line.to_string(), "\n".to_owned()]);
+        self.0 += &line.to_string();
+        self.0.push('\n');
     }
 
     /// Appends a paragraph, as [`wrapped`] makes it.

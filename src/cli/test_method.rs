@@ -76,7 +76,7 @@ fn fine(seen: impl Into<String>) -> (&'static str, String) {
     ("ok", seen.into())
 }
 
-/// What was seen is allowed, and worth knowing.
+/// It is allowed, and worth knowing.
 fn notable(seen: impl Into<String>) -> (&'static str, String) {
     ("note", seen.into())
 }

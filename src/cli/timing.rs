@@ -5,7 +5,7 @@ use super::memory;
 use crate::data::Realisation;
 use crate::estimator::{Estimator, Pass, Window};
 use crate::files::{self, Kind, PathError};
-use crate::study::Experiment;
+use crate::study::{Experiment, TIMES, TIMING};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,10 +30,8 @@ pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
     (RECORDS as usize * ROUNDS) as f64 * (least + seconds_per_trial)
 }
 
-const FOLDER: &str = "timing";
-
 fn file(folder: &Path) -> PathBuf {
-    folder.join(FOLDER).join("times.json")
+    folder.join(TIMING).join(TIMES)
 }
 
 /// Whether a folder holds the times of this design.
@@ -46,7 +44,7 @@ pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> Result<bool, 
 
 /// Checks that times can be written to a folder, which need not exist.
 pub(super) fn check(folder: &Path) -> Result<(), PathError> {
-    files::subfolder(folder, FOLDER)?;
+    files::subfolder(folder, TIMING)?;
     files::replaceable(&file(folder), Kind::Times)
 }
 
@@ -109,7 +107,7 @@ pub(super) fn measure(experiment: &Experiment, folder: &Path, stop: &AtomicBool)
         "times": times,
     });
     let text = files::sealed(&content);
-    files::make_subfolder(folder, FOLDER)
+    files::make_subfolder(folder, TIMING)
         .and_then(|_| files::replace(&file(folder), Kind::Times, text.as_bytes()))
         .map_err(failed)
 }

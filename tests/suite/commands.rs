@@ -2,7 +2,7 @@
 
 use super::root;
 use crate::common::{asobench_in as asobench, done_in, stderr, stdout};
-use asobench::suite::{Competitor, Division, MethodResults, Suite, Tier, Times, shipped};
+use asobench::suite::{Competitor, Division, MethodResults, Stored, Suite, Tier, Times, shipped};
 use std::path::Path;
 
 fn done(folder: &Path, arguments: &[&str]) -> String {
@@ -81,12 +81,26 @@ fn results_do_not_depend_on_threads_shards_or_other_methods() {
         let suite = Suite::of(Some("1.1"), None, tier, &[study.to_owned()]).unwrap();
         let there = shipped(&suite).unwrap();
         let there = there.iter().find(|of| of.method == "arx").unwrap();
-        let here = MethodResults::parse(&runs.result("one", "arx")).unwrap();
+        let here = MethodResults::parse(runs.result("one", "arx")).unwrap();
         let [here, there] = [&here, there].map(|of| of.scenarios[0].distances());
         for (here, there) in here.zip(there) {
             assert!((here - there).abs() <= 2e-3 * there, "{here} {there}");
         }
     }
+}
+
+/// A run with a plant of the bank, whose page has a table of places, goes on with the same command.
+#[test]
+fn a_run_with_the_bank_goes_on() {
+    let runs = Runs {
+        place: tempfile::tempdir().unwrap(),
+        part: &["--edition", "2.0", "--only", "B14"],
+    };
+    runs.run("one", "1", &["arx"]);
+    let before = runs.read("one/report.html");
+    assert!(!runs.read("one/tables/places.csv").is_empty());
+    runs.run("one", "1", &["arx"]);
+    assert_eq!(before, runs.read("one/report.html"));
 }
 
 /// The program carries the results of all that take part in the standard tier, of which those of the quick tier are the
@@ -122,7 +136,7 @@ fn shipped_results_serve_two_tiers() {
         files.map(|file| file.unwrap().metadata().unwrap().len()).sum()
     };
     assert!(size("suite/results") + size("suite/results/open") < 3_000_000);
-    assert_eq!([quick.0.trials(), standard.0.trials()], [20, 50]);
+    assert_eq!([quick.0.trials(false), standard.0.trials(false)], [20, 50]);
 }
 
 /// Every number in the tables of the page is printed by the command that the page names.
@@ -223,11 +237,11 @@ fn times_are_apart_from_results() {
     all.extend(part);
     let printed = done(folder, &all);
     assert!(printed.lines().any(|line| line.starts_with("oe ")), "{printed}");
-    let times = Times::parse(&runs.read("one/times.json")).unwrap();
+    let times = Times::parse(runs.read("one/times.json")).unwrap();
     assert_eq!(times.methods[0].method, "arx");
     assert_eq!(times.methods[0].scenarios[0].ratios, [Some(1.0); 3]);
     assert!(times.methods[1].typical().value > 1.0);
-    assert!(Times::parse(&runs.read("one/times.json").replace("arx", "arz")).is_err());
+    assert!(Times::parse(runs.read("one/times.json").replace("arx", "arz")).is_err());
     runs.run("one", "1", &["arx", "oe"]);
     assert_eq!(before, runs.result("one", "oe"));
     assert!(

@@ -3,7 +3,7 @@
 
 use super::root;
 use crate::common::{PYTHON, asobench_in as asobench, done_in, runs, stderr, stdout};
-use asobench::suite::MethodResults;
+use asobench::suite::{MethodResults, Stored};
 use std::path::Path;
 use std::time::{Duration, Instant};
 

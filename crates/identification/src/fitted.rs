@@ -263,8 +263,7 @@ impl Fitted {
     /// The first `window` samples determine the start of the predictor, unless the state is 0: then both begin at rest.
     ///
     /// # Panics
-    /// If u and y differ in length, or are shorter than the range or than `window`, which determines the start of the
-    /// predictor.
+    /// If u and y differ in length, or are shorter than the range or than `window`.
     pub fn compare_from(
         &self,
         x0: &[f64],

@@ -35,8 +35,8 @@ impl UnknownName {
 /// A list of so many names is read whole.
 const FEW: usize = 12;
 
-/// The names here, each with its names elsewhere, in lower case but for single letters. A name elsewhere that has several
-/// here is the first that is valid.
+/// The names here, each with its names elsewhere, in lower case but for single letters. A name elsewhere that has
+/// several here is the first that is valid.
 const ELSEWHERE: &str = include_str!("names/elsewhere.txt");
 
 /// The meaning of the name here, where the one from elsewhere means something that is not equal to it.
@@ -235,7 +235,17 @@ pub use named_table;
 
 #[cfg(test)]
 mod tests {
-    use super::UnknownName;
+    use super::{ELSEWHERE, UnknownName, here};
+
+    #[test]
+    fn every_name_elsewhere_has_one_here() {
+        for line in ELSEWHERE.lines() {
+            let (name, others) = line.split_once(": ").expect("a name and its names elsewhere");
+            for other in others.split(' ') {
+                assert!(here(other, &[name]) == Some(name), "{line}");
+            }
+        }
+    }
 
     #[test]
     fn where_nothing_has_a_name_none_is_expected() {

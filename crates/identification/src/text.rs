@@ -74,6 +74,15 @@ pub fn beginning(text: &str, most: usize) -> String {
     }
 }
 
+/// Lists names, at most so many of them, and how many more there are.
+pub fn listed(names: &[impl AsRef<str>], most: usize) -> String {
+    let shown: Vec<&str> = names.iter().take(most).map(AsRef::as_ref).collect();
+    match names.len() - shown.len() {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
 /// The shortest form of a number that reads back to the same bits, with an exponent if it is large or small.
 pub fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e15).contains(&x.abs()) {
@@ -89,7 +98,7 @@ pub fn rounded(value: f64, digits: usize) -> String {
     number(text.parse().unwrap_or(value))
 }
 
-/// Reads a text, or the text of a number.
+/// Reads a text, or the text of a number; without `json` a text alone.
 pub(crate) fn text_or_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     #[cfg(feature = "json")]
     return Ok(match serde_json::Value::deserialize(deserializer)? {
@@ -134,6 +143,16 @@ pub(crate) use text_in_files;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lists_say_how_many_names_are_left_out() {
+        let many = ["a", "b", "c", "d", "e"];
+        assert_eq!(
+            [listed(&many, 3), listed(&many[..3], 3)],
+            ["a, b, c and 2 more", "a, b, c"]
+        );
+    }
+
     #[test]
     fn what_is_not_seen_is_written_out() {
         for (text, shown) in [

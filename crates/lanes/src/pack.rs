@@ -63,6 +63,8 @@ pub struct PackPlan<'a> {
     pub wanted_fresh_fit: bool,
     /// The samples of both.
     pub response_samples: usize,
+    /// Whether the errors of the coefficients are wanted.
+    pub wanted_coefficients: bool,
 }
 
 /// An output of a pack. Numbers are NaN where they are undefined or not wanted; bits are those of lanes.
@@ -80,7 +82,7 @@ pub struct Measured {
     pub radius: Lanes,
     /// The relative change of a since the pass before.
     pub change: Lanes,
-    /// a-hat - a, then h-hat - h.
+    /// a-hat - a, then h-hat - h; empty if they are not wanted.
     pub coefficients: Vec<Lanes>,
     /// The lanes with a model.
     pub known: u8,
@@ -114,8 +116,8 @@ pub trait Pack {
     /// Returns e_x(k) of the first or the last output for k = 0 ... K-1, if it is wanted.
     fn state_errors(&self, last: bool, to: &mut Vec<Lanes>);
 
-    /// Runs one kernel of the pack that was estimated last, to time it; of a kernel of one pass the last pass of the
-    /// first method. The numbers are the same every time.
+    /// Runs one kernel of the pack of trials 0, 1, ..., which was drawn and estimated before, to time it; of a kernel
+    /// of one pass the last pass of the first method. The numbers are the same every time.
     fn run_kernel(&mut self, kernel: Kernel);
 }
 
@@ -180,7 +182,7 @@ impl<'a, R: Real, const N: usize> PackOf<'a, R, N> {
             scorer: Scorer::new(window, plan.horizon, plan.gain.clone(), &plan.truth, plan.wanted),
             responses: Responses::new(&plan.source, plan.response_samples),
             outputs: outputs.collect(),
-            measured: vec![Measured::unknown(n); places.len()],
+            measured: vec![Measured::unknown(if plan.wanted_coefficients { 2 * n } else { 0 }); places.len()],
             plan,
         }
     }
@@ -348,7 +350,7 @@ impl<R: Real, const N: usize> Pack for PackOf<'_, R, N> {
 }
 
 impl Measured {
-    fn unknown(n: usize) -> Self {
+    fn unknown(coefficients: usize) -> Self {
         const UNKNOWN: Lanes = [f64::NAN; MOST_LANES];
         Self {
             errors: Errors::all(UNKNOWN),
@@ -357,7 +359,7 @@ impl Measured {
             condition: UNKNOWN,
             radius: UNKNOWN,
             change: UNKNOWN,
-            coefficients: vec![UNKNOWN; 2 * n],
+            coefficients: vec![UNKNOWN; coefficients],
             known: 0,
             unstable: 0,
             unstable_so_far: 0,

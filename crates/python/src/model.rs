@@ -27,10 +27,10 @@ pub(crate) struct Native(pub(crate) Fitted);
 /// time.
 type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, f64);
 
-/// What an estimate found beside the numbers of its model: the loss, the condition, iterations, minima, the kind of
-/// failure of a search that left its best model or of the initial state, singular values, whether there is an initial
-/// state, the model in continuous time of which this is the sampled one, and the constant of y in each record with its
-/// standard error.
+/// The findings of an estimate beside the numbers of its model: the loss, the condition, iterations, minima, the kind
+/// of failure of a search that left its best model or of the initial state, singular values, whether there is an
+/// initial state, the model in continuous time of which this is the sampled one, and the constant of y in each record
+/// with its standard error.
 type Findings = (
     f64,
     f64,

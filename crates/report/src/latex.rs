@@ -166,6 +166,15 @@ mod tests {
     }
 
     #[test]
+    fn every_symbol_has_a_command() {
+        for line in SYMBOLS.lines() {
+            let mut rest = line.chars();
+            rest.next();
+            assert!(rest.as_str().len() > 1 && rest.as_str().starts_with(' '), "{line}");
+        }
+    }
+
+    #[test]
     fn numbers_keep_their_errors() {
         for (text, latex) in [
             ("0.0879(5)", "$0.0879(5)$"),

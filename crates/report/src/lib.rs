@@ -31,5 +31,8 @@ pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
-pub use suite::{SuitePage, SuiteTable, about_loss, recorded_tables, suite_page, suite_tables};
+pub use suite::{
+    SuitePage, SuiteTable, about_loss, law_table, published_table, recorded_tables, suite_page, suite_tables,
+    times_table,
+};
 pub use verdict_table::verdict_table;

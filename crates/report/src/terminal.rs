@@ -220,7 +220,7 @@ impl Name {
     }
 }
 
-/// Names; those of more than `most` characters are replaced by the letters A, B, ..., Z, A2, ...
+/// Names; names of more than `most` characters are replaced by the letters A, B, ..., Z, A2, ...
 fn short(names: Vec<String>, most: usize) -> Vec<Name> {
     let turns = std::iter::once(String::new()).chain((2..).map(|turn: usize| turn.to_string()));
     let letters = turns.flat_map(|turn| ('A'..='Z').map(move |letter| format!("{letter}{turn}")));

@@ -1,7 +1,7 @@
 //! Words of users, such as names, titles and paths: which are equal, and how commands and scripts take them.
 
 pub use asobench_identification::text::{
-    NAME_LIMIT, beginning, is_unseen, number, replace_unseen, rounded, visible, visible_lines,
+    NAME_LIMIT, beginning, is_unseen, listed, number, replace_unseen, rounded, visible, visible_lines,
 };
 use std::fmt::{Display, Write as _};
 use xxhash_rust::xxh3::xxh3_128;

@@ -21,7 +21,7 @@ pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>)
         let outlier = || {
             let mut parts = report.parts.iter().zip(&estimate.parts);
             parts.find_map(|(part, of)| {
-                // Of a part whose rows are not one line each the lines are unknown; what was subtracted is too.
+                // The constants that were subtracted are unknown, and the lines too unless each row is one.
                 let [first, last] = part.lines?;
                 let known = last - first + 1 == part.samples as u64;
                 let line = |sample: usize| known.then(|| first + sample as u64);

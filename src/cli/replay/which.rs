@@ -2,7 +2,7 @@
 
 use crate::cli::error::Error;
 use crate::study::{Cell, Experiment};
-use crate::text::folded;
+use crate::text::{folded, listed};
 use std::collections::BTreeSet;
 
 /// A cell, by its claim or its number, and a trial.
@@ -50,13 +50,18 @@ impl Which {
                 "{flag}no cell '{given}'; expected {}",
                 valid(experiment)
             ))),
-            (_, several) => Err(Error::Input(format!(
-                "{flag}'{given}' matches {several} cells; expected one of {}",
-                some(meant.iter().map(|number| format!("{NUMBER}{number}")))
-            ))),
+            (_, several) => {
+                let numbers: Vec<String> = meant.iter().map(|number| format!("{NUMBER}{number}")).collect();
+                let numbers = listed(&numbers, SHOWN);
+                let message = format!("{flag}'{given}' matches {several} cells; expected one of {numbers}");
+                Err(Error::Input(message))
+            }
         }
     }
 }
+
+/// So many claims or numbers are listed.
+const SHOWN: usize = 10;
 
 /// The prefix of a cell's number, to tell it from a claim.
 pub(super) const NUMBER: &str = "cell=";
@@ -71,17 +76,5 @@ pub(super) fn valid(experiment: &Experiment) -> String {
     if claims.is_empty() {
         return numbers;
     }
-    let claims = some(claims.into_iter().map(str::to_owned));
-    format!("{claims}, or {numbers}")
-}
-
-/// Lists the first of some names, and how many more there are.
-pub(super) fn some(names: impl ExactSizeIterator<Item = String>) -> String {
-    const SHOWN: usize = 10;
-    let more = names.len().saturating_sub(SHOWN);
-    let shown: Vec<String> = names.take(SHOWN).collect();
-    match more {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
-    }
+    format!("{}, or {numbers}", listed(&claims, SHOWN))
 }

@@ -1,13 +1,14 @@
 //! `asobench suite export` and `asobench suite add`: results as a file for others, and those of others on a page.
 
-use super::page::{self, Beside};
+use super::page;
 use super::part::{Part, TIMES, write};
 use crate::cli::cluster::word;
 use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
 use crate::cli::output::print;
 use crate::files::{self, Kind};
-use crate::suite::{ARCHIVE, Contribution, shipped};
+use crate::report::SuitePage;
+use crate::suite::{ARCHIVE, Contribution, Stored, shipped};
 use crate::text::visible;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -51,7 +52,7 @@ pub(super) fn add(arguments: &Add) -> Result<(), Error> {
     let mut methods = shipped(&suite)?;
     let mut contributed: Vec<Contribution> = Vec::new();
     for path in files {
-        let found = Contribution::parse(&text(path)?, &suite).map_err(refused(path))?;
+        let found = Contribution::of_text(&text(path)?, &suite).map_err(refused(path))?;
         let name = &found.results.method;
         if methods.iter().any(|of| of.method == *name) {
             let name = visible(name);
@@ -68,19 +69,17 @@ pub(super) fn add(arguments: &Add) -> Result<(), Error> {
         write(&out.join(ARCHIVE), &of.file(), &of.text())?;
     }
     let given: Vec<String> = files.iter().map(|path| word(path)).collect();
-    let beside = Beside {
-        methods: &methods,
-        newcomer: None,
+    let command = format!(
+        "asobench suite add {} {} --out {}",
+        given.join(" "),
+        part.flags(),
+        word(&out)
+    );
+    let of = SuitePage {
         contributed: &contributed,
-        part,
-        command: format!(
-            "asobench suite add {} {} --out {}",
-            given.join(" "),
-            part.flags(),
-            word(&out)
-        ),
+        ..SuitePage::new(&suite, &methods, &command)
     };
-    page::conclude(&suite, &beside, &out)
+    page::conclude(of, part, &out)
 }
 
 fn text(path: &Path) -> Result<String, Error> {

@@ -1,12 +1,12 @@
 //! `asobench suite law`: whether d has the law of an efficient method.
 
 use super::part::{Part, write};
+use crate::claim::Verdict;
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::output::{note, print};
-use crate::number::uncertain_within;
-use crate::report::html::{CellText, Column, Table};
-use crate::suite::{Laws, law};
+use crate::report::law_table;
+use crate::suite::{Laws, Stored, law};
 use std::path::PathBuf;
 
 /// The file with the laws.
@@ -50,35 +50,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 fn shown(laws: &Laws) -> String {
-    let columns = vec![
-        Column::text("scenario").width(18),
-        Column::number("lost", "").width(6),
-        Column::number("mean d", "").width(10),
-        Column::number("KS p", "").width(9),
-        Column::number("Holm", "").width(9),
-        Column::text("law"),
-    ];
-    let mut table = Table::new("", columns);
-    for of in &laws.scenarios {
-        let mean = of.mean();
-        let number = |x: f64| CellText::number(uncertain_within(x, 0.0, 3), x);
-        table.row([
-            CellText::text(of.name.clone()),
-            CellText::number(of.lost.to_string(), of.lost as f64),
-            CellText::number(uncertain_within(mean.value, mean.error, 4), mean.value),
-            number(of.p),
-            number(of.holm),
-            CellText::text(of.verdict()),
-        ]);
-    }
-    let count = |verdict| laws.scenarios.iter().filter(|of| of.holds() == verdict).count();
+    let count = |verdict| laws.scenarios.iter().filter(|of| of.verdict() == verdict).count();
     format!(
         "{} runs of each of {} scenarios: the law holds in {}, does not in {}, and {} are undecided\n{}",
         laws.runs,
         laws.scenarios.len(),
-        count(Some(true)),
-        count(Some(false)),
-        count(None),
-        table.text()
+        count(Verdict::Holds),
+        count(Verdict::DoesNotHold),
+        count(Verdict::Undecided),
+        law_table(laws).text()
     )
 }

@@ -1,14 +1,14 @@
 //! `asobench suite FILE`: a method of a user's file on the records of the suite, beside the methods whose results the
 //! program carries.
 
-use super::page::{self, Beside};
+use super::page;
 use super::part::{How, Part};
 use super::run::compute;
 use crate::cli::cluster::word;
 use crate::cli::error::{Error, bad_file, bad_input, failed};
 use crate::cli::output::note;
 use crate::cli::programs::{self, Consent};
-use crate::report::about_loss;
+use crate::report::{SuitePage, about_loss};
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{Experiment, Trial};
 use crate::suite::{Competitor, Suite, SuiteStudy, shipped};
@@ -58,20 +58,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let out = how.out.clone().unwrap_or_else(default);
     let found = compute(&suite, &[competitor], (how, Some(path)), &out)?;
     methods.splice(0..0, found);
-    let beside = Beside {
-        methods: &methods,
+    let command = format!(
+        "asobench suite {} {}{} --out {}",
+        word(path),
+        part.flags(),
+        how.consent.flags(),
+        word(&out)
+    );
+    let of = SuitePage {
         newcomer: Some(&name),
-        contributed: &[],
-        part,
-        command: format!(
-            "asobench suite {} {}{} --out {}",
-            word(path),
-            part.flags(),
-            how.consent.flags(),
-            word(&out)
-        ),
+        ..SuitePage::new(&suite, &methods, &command)
     };
-    page::conclude(&suite, &beside, &out)
+    page::conclude(of, part, &out)
 }
 
 /// The one method of a file.

@@ -6,7 +6,7 @@ use crate::cli::files::cannot_write;
 use crate::cli::programs::Consent;
 use crate::files::{self, Kind};
 use crate::names::UnknownName;
-use crate::suite::{Competitor, Division, ResultsError, Suite, SuiteError, Tier};
+use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
 use std::path::{Path, PathBuf};
 
 /// The file with the times of a run's folder.
@@ -86,12 +86,6 @@ pub(super) struct How {
 
 impl From<SuiteError> for Error {
     fn from(error: SuiteError) -> Self {
-        Self::Input(format!("suite: {error}"))
-    }
-}
-
-impl From<ResultsError> for Error {
-    fn from(error: ResultsError) -> Self {
         Self::Input(format!("suite: {error}"))
     }
 }

@@ -4,9 +4,8 @@ use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::methods::filled;
 use crate::cli::output::print;
-use crate::number::uncertain;
-use crate::report::html::{CellText, Column, Table};
-use crate::suite::{Estimated, PublishedTable, Reproduced, published};
+use crate::report::published_table;
+use crate::suite::{PublishedTable, Reproduced, published};
 
 /// Reproduce the published Monte-Carlo tables of the suite's systems: printed beside ours, with both standard errors
 #[derive(clap::Args)]
@@ -50,30 +49,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 
 /// A table with its source, and what is known of its differences.
 fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
-    let columns = vec![
-        Column::text("").width(7),
-        Column::number("printed mean", "").width(15),
-        Column::number("ours", "").width(15),
-        Column::number("printed SD", "").width(14),
-        Column::number("ours", "").width(14),
-        Column::number("bound", "").width(10),
-        Column::text("").width(7),
-    ];
-    let mut table = Table::new("", columns);
-    let number = |of: Estimated| CellText::number(uncertain(of.value, of.error), of.value);
-    let exact = |x: f64| CellText::number(format!("{x:.3e}"), x);
-    for row in found {
-        let ((mean, sd), (our_mean, our_sd)) = (row.printed, row.ours);
-        table.row([
-            CellText::text(row.name.clone()),
-            number(mean),
-            number(our_mean),
-            sd.map_or(CellText::text("-"), number),
-            number(our_sd),
-            row.bound.map_or(CellText::text("-"), exact),
-            CellText::text(if row.agrees() { "agrees" } else { "DIFFERS" }),
-        ]);
-    }
     let kept = found.first().map_or(0, |row| row.kept);
     let mut text = format!(
         "{}, {} ({}){}; ours {}, {kept} of {} runs\n{}\n{}",
@@ -88,7 +63,7 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
         of.method,
         of.our_runs(),
         of.source,
-        table.text()
+        published_table(found).text()
     );
     if !found.iter().all(Reproduced::agrees) {
         for row in found {
@@ -96,7 +71,7 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
                 text.extend([format!(
                     "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}\n",
                     row.name,
-                    row.apart(row.printed.0.error),
+                    row.apart(row.printed.0.mcse),
                     row.apart(error)
                 )]);
             }

@@ -6,7 +6,7 @@ use crate::cli::output::print;
 use crate::data::csv::read;
 use crate::files::{self, Kind};
 use crate::report::recorded_tables;
-use crate::suite::{RecordFits, RecordedFits, Suite, Tier, choosing, recorded_entries};
+use crate::suite::{Manifest, RecordFits, RecordedFits, Stored, choosing, recorded_entries};
 use crate::text::visible;
 use std::path::{Path, PathBuf};
 
@@ -28,9 +28,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { data, out } = arguments;
     let methods = choosing();
-    let suite = Suite::new(Tier::Quick, &[])?;
     let mut found = RecordedFits {
-        suite: suite.manifest.edition,
+        suite: Manifest::read(None)?.edition,
         methods: methods.iter().map(|(name, _)| name.clone()).collect(),
         records: Vec::new(),
     };

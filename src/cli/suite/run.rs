@@ -1,6 +1,6 @@
 //! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
 
-use super::page::{self, Beside};
+use super::page;
 use super::part::{How, Part, competitors, write};
 use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
@@ -9,11 +9,10 @@ use crate::cli::files::cannot_write;
 use crate::cli::output::note;
 use crate::cli::programs;
 use crate::files;
-use crate::report::{Study, report, write_report};
-use crate::study::file::TrialRule;
+use crate::report::{Study, SuitePage, report, write_report};
 use crate::study::{Experiment, RunOptions};
 use crate::suite::{
-    Competitor, METHODS, MethodResults, STUDIES, ScenarioResults, Suite, SuiteStudy, collect, declined,
+    Competitor, METHODS, MethodResults, STUDIES, ScenarioResults, Stored, Suite, SuiteStudy, collect, declined,
 };
 use crate::text::file_part;
 use std::path::{Path, PathBuf};
@@ -38,14 +37,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let competitors = competitors(suite.division, method)?;
     let out = how.out.clone().unwrap_or_else(|| PathBuf::from(part.folder()));
     let methods = compute(&suite, &competitors, (how, None), &out)?;
-    let beside = Beside {
-        methods: &methods,
-        newcomer: None,
-        contributed: &[],
-        part,
-        command: format!("asobench suite scores {} {}", word(&out), part.flags()),
-    };
-    page::conclude(&suite, &beside, &out)
+    let command = format!("asobench suite scores {} {}", word(&out), part.flags());
+    page::conclude(SuitePage::new(&suite, &methods, &command), part, &out)
 }
 
 /// Computes the results of some methods in a folder, and writes them there, one file for each. `own`: the experiment
@@ -63,8 +56,7 @@ pub(super) fn compute(
             division: suite.division,
             method: competitor.name(),
             seed: suite.manifest.seed,
-            not_for: Vec::new(),
-            scenarios: Vec::new(),
+            ..MethodResults::default()
         })
         .collect();
     files::make_folder(out).map_err(|error| cannot_write(&error))?;
@@ -72,9 +64,9 @@ pub(super) fn compute(
     for study in &suite.studies {
         let begin = Instant::now();
         let folder = studies.join(&study.name);
-        let trials = study.scenarios.first().map_or(0, |scenario| suite.trials_of(scenario));
+        let trials = suite.trials(study.entry.is_bank());
         let found = match study.experiment(competitors, trials)? {
-            (Some(experiment), _) => in_folder(study, experiment, (how, own), &folder, trials)?,
+            (Some(experiment), _) => in_folder(study, experiment, (how, own), &folder)?,
             (None, _) => Vec::new(),
         };
         for (method, competitor) in methods.iter_mut().zip(competitors) {
@@ -104,7 +96,6 @@ fn in_folder(
     experiment: Experiment,
     (how, own): (&How, Option<&Path>),
     folder: &Path,
-    trials: u64,
 ) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
     how.overwrite.check(folder)?;
     let experiment = match own {
@@ -120,7 +111,7 @@ fn in_folder(
         overwrite,
         ..RunOptions::default()
     };
-    let rule = TrialRule::Fixed(trials);
+    let rule = experiment.file.trials.clone();
     let executed = execute(folder, &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, folder);
     executed?;

@@ -22,10 +22,11 @@ pub(super) fn list(part: &Part) -> Result<(), Error> {
         suite.manifest.edition,
         suite.tier,
         suite.division,
-        suite.trials(),
-        match suite.scenarios().find(|of| of.is_bank) {
-            Some(of) => format!(", {} of a plant of the bank", suite.trials_of(of)),
-            None => String::new(),
+        suite.trials(false),
+        if suite.scenarios().any(|of| of.is_bank) {
+            format!(", {} of a plant of the bank", suite.trials(true))
+        } else {
+            String::new()
         }
     );
     for scenario in suite.scenarios() {

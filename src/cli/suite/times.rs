@@ -6,10 +6,9 @@ use crate::cli::error::{Error, failed};
 use crate::cli::output::{note, print};
 use crate::cli::programs::{self, Consent};
 use crate::lanes::Isa;
-use crate::number::uncertain_within;
-use crate::report::html::{CellText, Column, Table};
+use crate::report::times_table;
 use crate::study::Experiment;
-use crate::suite::{Competitor, MethodTimes, REFERENCE, SuiteStudy, Times, time};
+use crate::suite::{Competitor, MethodTimes, REFERENCE, Stored, SuiteStudy, Times, time};
 use std::path::PathBuf;
 
 /// Time the methods: on one thread, in turns on the same records, as ratios to arx
@@ -68,7 +67,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(out) = &arguments.out {
         write(out, TIMES, &times.text())?;
     }
-    print(&shown(&times, arguments.rounds))
+    let (program, rounds) = (&times.program, arguments.rounds);
+    let table = times_table(&times).text();
+    print(&format!("{program}, {rounds} rounds on one thread\n{table}"))
 }
 
 /// Adds the times of the methods that are for a study and can serve it.
@@ -89,10 +90,8 @@ fn time_study(
         experiments.push((times, experiment));
     }
     for (cell, scenario) in study.scenarios.iter().enumerate() {
-        let at_work = experiments
-            .iter()
-            .map(|(of, experiment)| (of.method.clone(), experiment));
-        let timed = time(scenario, (cell, arguments.rounds), &at_work.collect::<Vec<_>>()).map_err(failed)?;
+        let at_work: Vec<&Experiment> = experiments.iter().map(|(_, experiment)| experiment).collect();
+        let timed = time(scenario, (cell, arguments.rounds), &at_work).map_err(failed)?;
         experiments
             .iter_mut()
             .zip(timed)
@@ -102,31 +101,4 @@ fn time_study(
         program.end();
     }
     Ok(())
-}
-
-fn shown(times: &Times, rounds: u64) -> String {
-    let columns = vec![
-        Column::text("method").width(15),
-        Column::number("scenarios", "").width(9),
-        Column::number("time, of arx", "").width(13),
-        Column::number("least", "").width(9),
-        Column::number("most", "").width(9),
-        Column::number("longest run", "ms").width(16),
-    ];
-    let mut table = Table::new("", columns);
-    for method in &times.methods {
-        let (count, typical) = (method.scenarios.len(), method.typical());
-        let number = |x: f64| CellText::number(uncertain_within(x, 0.0, 3), x);
-        let [least, most] = method.extremes();
-        let longest = 1e3 * method.longest().as_secs_f64();
-        table.row([
-            CellText::text(method.method.clone()),
-            CellText::number(count.to_string(), count as f64),
-            CellText::number(uncertain_within(typical.value, typical.error, 4), typical.value),
-            number(least),
-            number(most),
-            number(longest),
-        ]);
-    }
-    format!("{}, {rounds} rounds on one thread\n{}", times.program, table.text())
 }

@@ -203,6 +203,7 @@ pub(super) fn run_controlled(
     outcome
 }
 
+// A number is a static gain.
 text_in_files!(OutputFeedback, text_or_number, ["string", "number"]);
 
 impl std::str::FromStr for OutputFeedback {

@@ -4,19 +4,17 @@
 mod clock;
 mod collect;
 mod columns;
-#[cfg(test)]
-mod dialects;
 mod error;
 mod layout;
 mod number;
 mod options;
 mod read;
-#[cfg(test)]
-mod reported;
 mod rows;
 mod runs;
 mod seen;
 mod table;
+#[cfg(test)]
+mod tests;
 mod text;
 mod times;
 mod unused_times;

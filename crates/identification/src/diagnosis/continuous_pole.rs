@@ -48,7 +48,7 @@ impl Mode {
             let RootError { re, im, covariance, .. } = error;
             let cross = 2.0 * by_re * by_im * covariance;
             let square = by_re * by_re * re * re + cross + by_im * by_im * im * im;
-            // Rounding may end below 0; what is unknown stays unknown.
+            // Rounding may end below 0; an unknown number stays unknown.
             if square < 0.0 { 0.0 } else { square.sqrt() }
         };
         let cube = frequency.powi(3);

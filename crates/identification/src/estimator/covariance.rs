@@ -351,7 +351,7 @@ mod tests {
         }
     }
 
-    /// A pass that is not reported has no covariance; those of the others are the same.
+    /// A pass that is not reported has no covariance; the others have the same as before.
     #[test]
     fn covariances_of_reported_passes_alone() {
         let [u, y] = record();

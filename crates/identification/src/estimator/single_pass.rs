@@ -8,7 +8,7 @@ pub trait SinglePass: Send {
     /// Fills a cleared pass.
     ///
     /// # Errors
-    /// The failure of the pass; what was set before stays valid.
+    /// The failure of the pass; numbers set before it stay valid.
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind>;
 
     /// As [`Estimator::run_along`].

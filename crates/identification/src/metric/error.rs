@@ -43,11 +43,11 @@ fn square_distance<R: Real>(v: &[R], v_hat: &[R]) -> R {
 /// Collects the state errors e_x(k) over k: maximum and root mean square, in both readings of E3.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateError {
-    /// `e_x(k)` in the reading `relative`.
+    /// `e_x(k)` in the reading `relative`; NaN if no k was added.
     pub relative: Gathered,
-    /// In the reading `as-printed`, over the k where it is defined.
+    /// In the reading `as-printed`, over the k where it is defined; NaN if there is none.
     pub as_printed: Gathered,
-    /// `||x(k) - xhat(k)||`.
+    /// `||x(k) - xhat(k)||`; NaN if no k was added.
     pub absolute: Gathered,
 }
 

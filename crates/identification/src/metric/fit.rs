@@ -12,7 +12,7 @@ pub struct Fit {
     /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`], or
     /// from rest where x0 is 0; NaN if there is no start.
     pub one_step: f64,
-    /// FIT with yhat predicted some steps ahead, using y up to k - horizon; `None` for one step.
+    /// FIT with yhat predicted some steps ahead, using y up to k less [`Ahead::steps`]; `None` for one step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ahead: Option<Ahead>,
 }

@@ -39,7 +39,7 @@ pub mod tails;
 
 pub use crate::estimator::{errors_ahead, prediction_errors};
 pub use coverage::Coverage;
-pub use error::{StateError, relative_error, relative_error_as_printed};
+pub use error::{Gathered, StateError, relative_error, relative_error_as_printed};
 pub use estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, Z};
 pub use exact_sum::ExactSum;
 pub use fit::{Ahead, Fit, fit_ahead};

@@ -193,14 +193,7 @@ impl Sample {
     /// only).
     fn quantiles(&self, others: Others) -> Quantiles {
         let all = self.sketch.among(others);
-        let [q05, q25, q50, q75, q95] = Quantiles::SHARES.map(|q| self.quantile_among(q, &all));
-        Quantiles {
-            q05,
-            q25,
-            q50,
-            q75,
-            q95,
-        }
+        Quantiles::of(|q| self.quantile_among(q, &all))
     }
 
     fn clamp(&self, x: f64) -> f64 {

@@ -61,10 +61,10 @@ pub enum NoSlope {
     /// An abscissa is not positive and finite, or all are equal.
     #[error("abscissas must be positive, finite and not all equal")]
     Abscissa,
-    /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial.
+    /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial; the cell's index.
     #[error("cell {0} has too few trials: 20 groups with a measure in each are needed")]
     Groups(usize),
-    /// A cell's statistic, over all trials or with a group left out, is zero, negative or undefined.
+    /// A cell's statistic, over all trials or with a group left out, is zero, negative or undefined; the cell's index.
     #[error("cell {0}: the statistic is zero, negative or undefined, so it has no logarithm")]
     Statistic(usize),
 }

@@ -11,8 +11,8 @@ pub const DOMINANT_SHARE: f64 = 0.1;
 /// Share of the trials that the trimmed mean leaves out on either side.
 pub const TRIM: f64 = 0.05;
 
-/// Quantiles of a measure, from the sketch.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Quantiles of a measure, from the sketch; by default those of an empty sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// 5 % quantile.
     pub q05: Quantile,
@@ -27,21 +27,15 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The q of each quantile, ascending.
-    pub const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
-
-    /// The quantiles of an empty sample.
-    pub const UNDEFINED: Self = Self {
-        q05: Quantile::UNDEFINED,
-        q25: Quantile::UNDEFINED,
-        q50: Quantile::UNDEFINED,
-        q75: Quantile::UNDEFINED,
-        q95: Quantile::UNDEFINED,
-    };
-
-    /// The quantiles in ascending order of q, which is that of [`Self::SHARES`].
-    pub fn all(&self) -> [Quantile; Self::SHARES.len()] {
-        [self.q05, self.q25, self.q50, self.q75, self.q95]
+    /// Computes each from its q.
+    pub fn of(quantile: impl Fn(f64) -> Quantile) -> Self {
+        Self {
+            q05: quantile(0.05),
+            q25: quantile(0.25),
+            q50: quantile(0.5),
+            q75: quantile(0.75),
+            q95: quantile(0.95),
+        }
     }
 }
 

@@ -95,9 +95,8 @@ impl Orders {
     }
 
     /// Returns the names with their values, nk last.
-    fn entries(self) -> [(&'static str, usize); 6] {
-        let mut copy = self;
-        copy.places().map(|(name, place)| (name, *place))
+    fn entries(mut self) -> [(&'static str, usize); 6] {
+        self.places().map(|(name, place)| (name, *place))
     }
 
     fn places(&mut self) -> [(&'static str, &mut usize); 6] {

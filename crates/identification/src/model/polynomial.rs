@@ -23,7 +23,7 @@ pub fn extent(c: &[f64]) -> Option<(usize, usize)> {
 }
 
 /// Returns the value of a polynomial at a `q^-1`.
-pub fn value(c: &[f64], delay: c64) -> c64 {
+pub(crate) fn value(c: &[f64], delay: c64) -> c64 {
     c.iter().rev().fold(c64::new(0.0, 0.0), |sum, c| sum * delay + c)
 }
 

@@ -115,8 +115,9 @@ fn correlation(p: &[f64], lag: usize) -> f64 {
     p.iter().zip(later).map(|(a, b)| a * b).sum()
 }
 
-/// Makes W, n x n and column by column, upper triangular by elimination with row exchanges, and does the same to further
-/// columns. Returns the lanes in which W is not exactly singular, and the sign that the exchanges give its determinant.
+/// Makes W, n x n and column by column, upper triangular by elimination with row exchanges, and does the same to
+/// further columns. Returns the lanes in which W is not exactly singular, and the sign that the exchanges give its
+/// determinant.
 #[inline(always)]
 fn triangularise<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> (R::Mask, R) {
     let (mut regular, mut sign) = (R::Mask::from_bits(u8::MAX), R::splat(1.0));
@@ -133,7 +134,7 @@ fn triangularise<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> (R::Mas
             let here = left & largest.at_most(w[k * n + i].abs());
             left = left & !here;
             if here.any() {
-                exchange(w, n, [k, i], here);
+                exchange(&mut w[k * n..], n, [k, i], here);
                 for columns in of.iter_mut() {
                     exchange(columns, n, [k, i], here);
                 }

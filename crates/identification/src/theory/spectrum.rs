@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// The longest period for which there is theory; the time of its spectrum grows with the square.
 pub const LONGEST_PERIOD: usize = 1 << 14;
 
-/// A line of a spectrum; those of negative frequencies are counted with it.
+/// A line of a spectrum, counted with its twin of negative frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// `e^(-i omega)`.

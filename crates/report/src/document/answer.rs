@@ -12,7 +12,7 @@ use asobench_identification::metric::{Quantile, Z};
 use asobench_identification::number::{quantile, uncertain};
 use asobench_study::study::file::Key;
 use asobench_study::study::{Better, CellSummary, Measure, measure};
-use asobench_study::text::grouped;
+use asobench_study::text::{grouped, listed};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
@@ -279,11 +279,9 @@ fn lost_trials(study: &Study) -> String {
         let more = losing.len() - METHODS;
         text.push_str(&format!(" {more} more lose at most {} % each.", per_cent(next.all)));
     }
-    let named: Vec<&str> = none.iter().take(METHODS).map(|(label, _)| label.as_str()).collect();
-    match (named.as_slice(), none.len() - named.len()) {
-        ([], _) => {}
-        (names, 0) => text.push_str(&format!(" None: {}.", names.join(", "))),
-        (names, more) => text.push_str(&format!(" None: {} and {more} more.", names.join(", "))),
+    let none: Vec<&String> = none.iter().map(|(label, _)| *label).collect();
+    if !none.is_empty() {
+        text.push_str(&format!(" None: {}.", listed(&none, METHODS)));
     }
     text
 }

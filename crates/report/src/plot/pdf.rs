@@ -364,6 +364,7 @@ mod tests {
         for known in "αβχδεφγηικλμνοπθρστυωξψζΩ≥≤−√Жя".chars() {
             assert!(GLYPHS.contains_key(&known), "{known}");
         }
+        assert_eq!(include_str!("pdf/glyphs.txt").lines().count(), GLYPHS.len());
         // Every number is of one letter.
         for font in [0, 1] {
             let mut codes: Vec<u16> = GLYPHS.values().map(|of| of[font].0).collect();

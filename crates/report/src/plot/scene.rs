@@ -49,7 +49,7 @@ impl Mark {
 pub(super) enum Part {
     /// Its name, with the sample beside it.
     Name,
-    /// What is drawn of its points.
+    /// The parts of its points that are drawn.
     Points,
 }
 

@@ -115,8 +115,8 @@ impl Point {
 pub enum Style {
     /// A line through the points.
     Line,
-    /// Pairs of points at one height, each the two ends of a step; what joins steps is thin. Of steps at one place the
-    /// series drawn first is the widest, so that those behind are seen too.
+    /// Pairs of points at one height, each the two ends of a step; lines between steps are thin. Of steps at one place
+    /// the series drawn first is the widest, so that those behind are seen too.
     Steps,
     /// A line through the points and the band of their intervals.
     Band,

@@ -12,7 +12,7 @@ use asobench_study::text::{count, grouped};
 use std::collections::BTreeSet;
 pub use subject::SuitePage;
 use tables::Tables;
-pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
+pub use tables::{SuiteTable, about_loss, law_table, published_table, recorded as recorded_tables, times_table};
 
 /// The words of the tables, a line for each; some have a meaning of their own where methods are told nothing.
 const WORDS: &str = include_str!("words.txt");
@@ -33,7 +33,6 @@ pub fn suite_tables(of: &SuitePage<'_>) -> Vec<SuiteTable> {
 
 /// A page that is being written, with the files beside it.
 struct Sheet<'a> {
-    of: &'a SuitePage<'a>,
     tables: Tables<'a>,
     files: Files,
 }
@@ -54,7 +53,6 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     );
     let mut page = Page::new(title);
     let mut sheet = Sheet {
-        of,
         tables: Tables::new(of),
         files: Files::new(),
     };
@@ -134,7 +132,7 @@ impl Sheet<'_> {
         }
         self.put(section, self.tables.partial());
         self.put(section, self.tables.places());
-        self.overview(section, self.of, "figures/suite.svg");
+        self.overview(section, self.tables.of, "figures/suite.svg");
     }
 
     fn overview(&mut self, section: &mut Section, of: &SuitePage<'_>, path: &str) {
@@ -194,13 +192,10 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let bank: Vec<_> = bank.collect();
     let (published, bank) = (
         suite.scenarios().count() - bank.len(),
-        bank.first().map_or_else(String::new, |of| {
-            format!(
-                " and {} random plants with {} runs each",
-                bank.len(),
-                suite.trials_of(of)
-            )
-        }),
+        match bank.len() {
+            0 => String::new(),
+            plants => format!(" and {plants} random plants with {} runs each", suite.trials(true)),
+        },
     );
     let rivals = of.methods.iter().filter(|of| of.method != IDEAL).count();
     section.paragraph(&format!(
@@ -209,7 +204,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
          with Monte-Carlo standard error 0.03.",
         count(rivals as u64, "method"),
         told(suite),
-        grouped(suite.trials()),
+        grouped(suite.trials(false)),
     ));
 }
 

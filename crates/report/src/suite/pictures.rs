@@ -2,9 +2,8 @@
 
 use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
-use asobench_study::suite::{
-    Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
-};
+use asobench_identification::metric::Estimate;
+use asobench_study::suite::{IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within};
 use asobench_study::text;
 
 /// The decades of d that are drawn, and points in each.
@@ -143,8 +142,8 @@ pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)
 /// The share of runs within d, with its interval.
 fn band(results: &[ScenarioResults]) -> Vec<Point> {
     let points = grid().map(|d| {
-        let Estimated { value, error } = share_within(d, results.iter());
-        let [low, high] = [-1.96, 1.96].map(|z| (value + z * error).clamp(0.0, 1.0));
+        let Estimate { value, mcse } = share_within(d, results.iter());
+        let [low, high] = [-1.96, 1.96].map(|z| (value + z * mcse).clamp(0.0, 1.0));
         Point::interval(d, value, low, high)
     });
     points.collect()

@@ -26,3 +26,21 @@ pub struct SuitePage<'a> {
     /// The FIT of recorded data, if the page shows it.
     pub recorded: Option<&'a RecordedFits>,
 }
+
+impl<'a> SuitePage<'a> {
+    /// A page of results alone, whose numbers a command prints.
+    pub fn new(suite: &'a Suite, methods: &'a [MethodResults], command: &'a str) -> Self {
+        Self {
+            suite,
+            methods,
+            newcomer: None,
+            contributed: &[],
+            has_studies: false,
+            command,
+            times: None,
+            laws: None,
+            open: None,
+            recorded: None,
+        }
+    }
+}

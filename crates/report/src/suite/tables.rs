@@ -1,6 +1,7 @@
 //! The tables of the suite's page, each with the name of its files.
 
 mod claims;
+mod commands;
 mod newcomer;
 mod ranking;
 mod scenarios;
@@ -8,13 +9,13 @@ mod scenarios;
 use super::subject::SuitePage;
 use crate::document::columns::Columns;
 use crate::table::{CellText, Column, Table};
+use asobench_identification::metric::Estimate;
 use asobench_identification::number::uncertain_within;
-use asobench_study::suite::{
-    ARCHIVE, Division, Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, Score, score,
-};
+use asobench_study::suite::{ARCHIVE, Division, IDEAL, MethodResults, Scenario, ScenarioResults, Score, score};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+pub use commands::{law_table, published_table, times_table};
 pub use newcomer::about_loss;
 pub use scenarios::recorded;
 
@@ -58,15 +59,15 @@ struct Group {
 }
 
 pub(super) struct Tables<'a> {
-    of: &'a SuitePage<'a>,
+    pub(super) of: &'a SuitePage<'a>,
     scenarios: Vec<&'a Scenario>,
     /// All scenarios, then those of each difficulty.
     groups: Vec<Group>,
 }
 
 /// An efficiency. One below [`LEAST`] is not told apart from others, nor is a smaller error.
-fn efficient(number: Estimated) -> CellText {
-    let Estimated { value, error } = number;
+fn efficient(number: Estimate) -> CellText {
+    let Estimate { value, mcse: error } = number;
     if value < LEAST && error < 2.0 * LEAST {
         return CellText::number(format!("< {LEAST}"), value);
     }
@@ -76,8 +77,8 @@ fn efficient(number: Estimated) -> CellText {
 }
 
 /// A number of a table, times a factor.
-fn cell(number: Estimated, factor: f64) -> CellText {
-    let [value, error] = [number.value, number.error].map(|x| factor * x);
+fn cell(number: Estimate, factor: f64) -> CellText {
+    let [value, error] = [number.value, number.mcse].map(|x| factor * x);
     CellText::number(uncertain_within(value, error, DIGITS), value)
 }
 
@@ -213,7 +214,7 @@ impl<'a> Tables<'a> {
 }
 
 /// A method with its efficiency.
-fn beside(method: &MethodResults, efficiency: Estimated) -> CellText {
+fn beside(method: &MethodResults, efficiency: Estimate) -> CellText {
     CellText::text(format!("{} {}", method.method, efficient(efficiency).text))
 }
 

@@ -105,8 +105,8 @@ pub struct JudgedNumber {
     pub value: f64,
     /// Its standard error; NaN if it has none.
     pub error: f64,
-    /// Its interval at the level of its cell; that of the claim if the cell is left out. The limit is beyond an end
-    /// exactly if this number is certain. An end is infinite if the trials do not tell it.
+    /// Its interval at the level of its cell, or at the level of the claim if the cell is left out. The limit is beyond
+    /// an end exactly if this number is certain. An end is infinite if the trials do not tell it.
     pub interval: [f64; 2],
     /// The share of trials that it covers, if not all of them.
     #[serde(skip_serializing_if = "Option::is_none")]

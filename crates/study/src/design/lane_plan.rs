@@ -70,6 +70,7 @@ impl<'e> Plan<'e> {
             wanted_impulse_response: any(&[F::ImpulseResponse]),
             wanted_fresh_fit: any(&[F::FreshFit]),
             response_samples: RESPONSE_SAMPLES,
+            wanted_coefficients: file.parameters,
         }))
     }
 }

@@ -210,7 +210,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 32] = [
+const TABLES: [&str; 33] = [
     // Tables with a column for each method.
     ",next / best",
     ",next - best",
@@ -244,6 +244,7 @@ const TABLES: [&str; 32] = [
     "scenario,noise model,",
     "record,samples,used,",
     "method,computed by,what it is,",
+    "method,by scenario,place,",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has columns with these names.

@@ -16,7 +16,7 @@ use crate::design::file::{ClaimTable, ExperimentFile, TestTable, TrialRule};
 use crate::files;
 use crate::files::Kind;
 use crate::outcome::folder_error::FolderError;
-use crate::outcome::layout::LOOKS;
+use crate::outcome::folder_layout::LOOKS;
 use crate::outcome::publication::read_current;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

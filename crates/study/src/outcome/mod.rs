@@ -7,7 +7,7 @@ pub(crate) mod course_summary;
 pub(crate) mod curves;
 pub(crate) mod design_difference;
 pub(crate) mod folder_error;
-pub(crate) mod layout;
+pub(crate) mod folder_layout;
 pub(crate) mod looks;
 pub(crate) mod method_times;
 pub(crate) mod nine_digits;

@@ -6,7 +6,7 @@
 //! results or the new ones, and there is a manifest.
 
 use crate::files::{self, Kind, PathError};
-use crate::outcome::layout::{BLOCKS, RESULTS, TIMES, TIMING, kind_of, own_blocks, remove_own};
+use crate::outcome::folder_layout::{BLOCKS, RESULTS, TIMES, TIMING, kind_of, own_blocks, remove_own};
 use std::path::{Path, PathBuf};
 
 /// Results that are not whole yet. While a run computes trials, its manifest alone: what the results are to be.

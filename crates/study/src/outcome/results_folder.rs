@@ -8,7 +8,7 @@ use crate::files::Kind;
 use crate::files::PathError;
 use crate::files::Staged;
 use crate::outcome::design_difference::{different, same_but_for_methods};
-use crate::outcome::layout::{BLOCKS, DESIGN, LOCK, LOOKS, MANIFEST, RESULTS, TIMING, own_blocks, result_file};
+use crate::outcome::folder_layout::{BLOCKS, DESIGN, LOCK, LOOKS, MANIFEST, RESULTS, TIMING, own_blocks, result_file};
 use crate::outcome::publication::{self, NEW, PUBLISHED, REPLACING};
 use serde::Serialize;
 use serde_json::{Value, json};

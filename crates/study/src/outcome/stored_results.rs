@@ -4,7 +4,7 @@ use super::folder_error::FolderError;
 use crate::design::design_of;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::layout::{BLOCKS, DESIGN, MANIFEST, RESULTS, done_in};
+use crate::outcome::folder_layout::{BLOCKS, DESIGN, MANIFEST, RESULTS, done_in};
 use crate::outcome::publication::{NEW, REPLACING, current, is_settling, read_current};
 use serde_json::Value;
 use std::path::Path;

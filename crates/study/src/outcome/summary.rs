@@ -88,7 +88,7 @@ impl OutputSummary {
                     let mut statistics = sample.statistics(measure.worse());
                     // A measure that this output never has does not count as failed.
                     if statistics.count == 0 && tally.outcomes.failed() == 0 {
-                        statistics.quantiles = Quantiles::UNDEFINED;
+                        statistics.quantiles = Quantiles::default();
                         statistics.conditional = None;
                     }
                     (measure, statistics)
@@ -391,7 +391,7 @@ pub(crate) fn bounds(experiment: &Experiment, claim: &str, labels: &[String], ta
         .collect()
 }
 
-/// What a study's summary needs of a cell, instead of its tally.
+/// The parts of a study's summary that a cell gives, instead of its tally.
 #[derive(Clone, Debug)]
 pub struct CellPart {
     /// The summary of the cell.

@@ -4,7 +4,7 @@ use crate::claim;
 use crate::design::Experiment;
 use crate::design::file::{Engine, Store, TrialRule};
 use crate::files::Kind;
-use crate::outcome::layout::LOOKS;
+use crate::outcome::folder_layout::LOOKS;
 use crate::outcome::looks::Looks;
 use crate::outcome::results_folder::ResultsFolder;
 use crate::outcome::rows::Rows;
@@ -15,7 +15,7 @@ use crate::outcome::summary_table::write_summary;
 use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{StoreError, TrialTable, TrialWriter};
 use crate::outcome::trials::Trials;
-use crate::run::blocks::{BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockFolder, StoredBlock};
 use crate::run::compute::Work;
 use crate::run::event::{CampaignError, Event, go_on};
 use crate::run::resume::stored;
@@ -434,8 +434,11 @@ fn read_cells(
     let of_cell = |cell| go_on(stop).and_then(|()| of_cell(cell));
     for first in (0..cells).step_by(threads) {
         let next = first..cells.min(first + threads);
-        let found: Result<Vec<CellPart>, _> = pool.install(|| next.into_par_iter().map(of_cell).collect());
-        parts.extend(found?);
+        let found: Vec<Result<CellPart, _>> = pool.install(|| next.into_par_iter().map(of_cell).collect());
+        // The error of the first cell, whichever came first.
+        for part in found {
+            parts.push(part?);
+        }
     }
     Ok(parts)
 }

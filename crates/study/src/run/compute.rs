@@ -5,7 +5,7 @@ use crate::design::file::Store;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::Watch;
 use crate::outcome::tally::CellTally;
-use crate::run::blocks::{BlockError, BlockFolder, EncodedBlock, StoredBlock};
+use crate::run::block_file::{BlockError, BlockFolder, EncodedBlock, StoredBlock};
 use crate::run::event::Event;
 use crate::run::runner::{Block, Keep, RunError, Span, run_spans};
 use std::collections::BTreeMap;
@@ -88,7 +88,7 @@ impl Work<'_> {
     /// completes the trials of a cell.
     ///
     /// # Errors
-    /// [`RunError`]; what is finished stays.
+    /// [`RunError`]; finished blocks stay.
     pub(crate) fn run(
         &self,
         stop: &AtomicBool,
@@ -97,13 +97,17 @@ impl Work<'_> {
     ) -> Result<(), RunError<BlockError>> {
         let kept = self.experiment.file.store == Store::Trials;
         let keep = if kept { Keep::Rows } else { Keep::Tally };
-        // Blocks with rows are encoded where they are computed.
+        // Blocks with rows are encoded where they are computed; nothing else of them waits for the calling thread.
         let encode = |mut block: Block| {
             let mut watch = Watch::start();
+            let outputs = block.tally.outputs.iter();
+            let failures: u64 = outputs.map(|output| output.outcomes.failed()).sum();
             let encoded = kept.then(|| self.blocks.encode(&block));
-            block.rows = Rows::default();
+            if kept {
+                (block.rows, block.tally) = (Rows::default(), CellTally::default());
+            }
             block.spent.storage += watch.lap();
-            (block, encoded)
+            (block, failures, encoded)
         };
         let by_start = |span: &Span| ((span.cell, span.trials.start), Waiting::new(span));
         let mut waiting: BTreeMap<_, Waiting> = self.spans.iter().map(by_start).collect();
@@ -119,13 +123,12 @@ impl Work<'_> {
             };
             ready.into_iter().map(of_one).sum::<Result<usize, BlockError>>()
         };
-        let store = |(block, encoded): (Block, Option<Result<EncodedBlock, BlockError>>)| {
+        let store = |(block, failures, encoded): (Block, u64, Option<Result<EncodedBlock, BlockError>>)| {
             let mut watch = Watch::start();
             let Block {
                 span, tally, mut spent, ..
             } = block;
             let trials = span.len();
-            let failures = tally.outputs.iter().map(|output| output.outcomes.failed()).sum();
             let whole = if let Some(encoded) = encoded {
                 write(encoded?, None, &mut file)?
             } else {

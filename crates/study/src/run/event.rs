@@ -5,7 +5,7 @@ use crate::files::PathError;
 use crate::outcome::folder_error::FolderError;
 use crate::outcome::spent::Spent;
 use crate::outcome::trial_table::StoreError;
-use crate::run::blocks::BlockError;
+use crate::run::block_file::BlockError;
 use crate::run::runner::RunError;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -12,6 +12,7 @@ use crate::outcome::summary_table::table_of;
 use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{GROUP_ROWS, TrialTable};
 use crate::outcome::trials::Trials;
+use crate::run::block_file::LENGTH;
 use crate::run::runner::{Block, Span, block_size};
 use crate::run::trial_worker::{Worker, WorkerError};
 use asobench_identification::metric::expected_bins;
@@ -403,7 +404,8 @@ fn sample(
         }
         xxh3_128(&bytes)
     });
-    let tally_stored = [&few, &tally].map(|tally| postcard::to_stdvec(tally).map_or(0.0, |bytes| bytes.len() as f64));
+    let tally_stored =
+        [&few, &tally].map(|tally| postcard::to_stdvec(tally).map_or(0.0, |bytes| (LENGTH + bytes.len()) as f64));
     let whole = [&few, &tally].map(|tally| tally.bytes() as f64);
     let (seconds, (summary, json)) = clocked(times, || {
         let summary = CellPart::new(experiment, index, &tally).cell;

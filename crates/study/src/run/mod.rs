@@ -1,6 +1,6 @@
 //! How it is run: trials on engines and threads, blocks, rounds, shards, and what they will take.
 
-pub(crate) mod blocks;
+pub(crate) mod block_file;
 pub(crate) mod campaign;
 pub(crate) mod changed_methods;
 pub mod cluster;
@@ -10,7 +10,7 @@ pub(crate) mod course;
 pub(crate) mod event;
 pub(crate) mod forecast;
 pub(crate) mod machine_peak;
-pub(crate) mod pack;
+pub(crate) mod pack_trial;
 pub(crate) mod partial;
 pub(crate) mod pilot;
 pub(crate) mod resume;

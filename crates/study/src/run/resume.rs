@@ -6,9 +6,9 @@
 use crate::design::Experiment;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::layout::{BLOCKS, DESIGN, Done, done_in};
+use crate::outcome::folder_layout::{BLOCKS, DESIGN, Done, done_in};
 use crate::outcome::publication::REPLACING;
-use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockError, BlockFolder, StoredBlock};
 use crate::run::runner::Span;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use crate::design::Experiment;
 use crate::design::file::{TrialRule, Until, UntilDecided, UntilStatistic};
-use crate::run::blocks::{BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockFolder, StoredBlock};
 use crate::run::event::{CampaignError, go_on};
 use crate::run::resume::missing;
 use crate::run::runner::Span;

@@ -37,8 +37,8 @@ pub(crate) struct Scorer {
     own: Option<(OwnInformation, StateSpace, usize)>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
-    /// The measures that are asked for; those that take time are computed only then.
-    asked: Vec<Measure>,
+    /// Whether each measure is asked for; one that takes time is computed only then.
+    asked: Vec<bool>,
     /// Whether stage 12 runs.
     observes: bool,
     /// Steps of predictions ahead, and the window, which determines the predictor's start.
@@ -96,7 +96,7 @@ impl Scorer {
             fed_back: StateError::default(),
             observes: comparable && (experiment.file.curves || asked.iter().any(|of| of.entry().of_state)),
             ahead: (cell.ahead, cell.window),
-            asked,
+            asked: Measure::ALL.iter().map(|of| asked.contains(of)).collect(),
             innovations: Vec::new(),
             curve: vec![f64::NAN; if experiment.file.curves { cell.horizon } else { 0 }],
         })
@@ -112,9 +112,9 @@ impl Scorer {
             let information = own.of(&record.r[..*window], record.scale).ok();
             let bound = information
                 .as_ref()
-                .filter(|_| self.asked.contains(&Measure::ResponseDistance));
+                .filter(|_| self.asked[Measure::ResponseDistance as usize]);
             self.bound = bound.and_then(|of| ResponseBound::new(of, plant).ok());
-            self.information = information.filter(|_| self.asked.contains(&Measure::Distance));
+            self.information = information.filter(|_| self.asked[Measure::Distance as usize]);
         }
         let n = record.truth.a.len();
         let estimates = record.estimates.chunks_exact(n);
@@ -131,13 +131,13 @@ impl Scorer {
         let Truth { a, b, .. } = &record.truth;
         let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
         let response = &mut self.response;
-        if self.asked.contains(&Measure::ImpulseResponse) {
+        if self.asked[Measure::ImpulseResponse as usize] {
             with_fma(
                 #[inline(always)]
                 || response.set_impulse_response(plant, x),
             );
         }
-        if self.asked.contains(&Measure::FreshFit) {
+        if self.asked[Measure::FreshFit as usize] {
             let mut fresh = stream(seed, trial, Purpose::FreshInput);
             self.input.fill(&mut fresh, response.input());
             with_fma(
@@ -179,7 +179,7 @@ impl Scorer {
             return;
         }
         row.unstable = Some(pass.unstable);
-        if self.asked.contains(&Measure::SpectralRadius) {
+        if self.asked[Measure::SpectralRadius as usize] {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
         let Pass { a, b, direct, .. } = pass;
@@ -187,19 +187,19 @@ impl Scorer {
         self.x.resize(self.x.len().max(a.len()), 0.0);
         let (model, x) = (System { a, b, d: *direct }, &mut self.x[..a.len()]);
         let response = &self.response;
-        if self.asked.contains(&Measure::ImpulseResponse) {
+        if self.asked[Measure::ImpulseResponse as usize] {
             row[Measure::ImpulseResponse] = with_fma(
                 #[inline(always)]
                 || response.impulse_response_error(model, x),
             );
         }
-        if self.asked.contains(&Measure::FreshFit) {
+        if self.asked[Measure::FreshFit as usize] {
             row[Measure::FreshFit] = with_fma(
                 #[inline(always)]
                 || response.fresh_fit(model, x),
             );
         }
-        if self.asked.contains(&Measure::FitAhead) {
+        if self.asked[Measure::FitAhead as usize] {
             let (steps, window) = self.ahead;
             let scored = self.from..record.y.len();
             row[Measure::FitAhead] = fit_ahead(&pass.model, &record.u, &record.y, window, scored, steps);
@@ -254,7 +254,7 @@ impl Scorer {
     ) -> Result<(), FailureKind> {
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
-        let tested = self.asked.contains(&Measure::InnovationsWhite);
+        let tested = self.asked[Measure::InnovationsWhite as usize];
         let innovations = &mut self.innovations;
         innovations.clear();
         self.observers[method].run(
@@ -287,7 +287,7 @@ impl Scorer {
             (Measure::ExMaxPrinted, errors.as_printed.maximum()),
             (Measure::ExRmsPrinted, errors.as_printed.rms()),
         ];
-        let absolute = Some(errors.absolute.rms()).filter(|_| self.asked.contains(&Measure::RmsState));
+        let absolute = Some(errors.absolute.rms()).filter(|_| self.asked[Measure::RmsState as usize]);
         let values = values.into_iter().chain(absolute.map(|rms| (Measure::RmsState, rms)));
         if values.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);

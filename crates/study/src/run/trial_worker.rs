@@ -4,7 +4,7 @@ use crate::design::file::Engine;
 use crate::design::{Cell, Experiment, Plan, Source};
 use crate::outcome::trials::Trials;
 use crate::run::continuous_trial::ContinuousTrial;
-use crate::run::pack::PackTrial;
+use crate::run::pack_trial::PackTrial;
 use crate::run::trial::Trial;
 use asobench_identification::estimator::SetupError;
 use asobench_identification::observer::gpebo::CascadeError;

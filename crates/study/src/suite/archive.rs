@@ -1,10 +1,11 @@
 //! Results of others: a method's results with where they are from, in one file that can be sent, reviewed and shown.
 
-use super::results::{METHODS, MethodResults, ResultsError, STUDIES, parsed};
+use super::results::{METHODS, MethodResults, STUDIES};
 use super::scenario::Suite;
+use super::stored::{Stored, SuiteError};
 use super::times::Times;
-use crate::files::{self, Kind};
-use crate::outcome::layout::MANIFEST;
+use crate::files;
+use crate::outcome::stored_results::read_manifest;
 use crate::text::{file_part, visible};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -35,15 +36,27 @@ pub struct Contribution {
     pub results: MethodResults,
 }
 
+impl Stored for Contribution {
+    fn fault(&self) -> Option<String> {
+        let (own, of_results) = (&self.suite, &self.results.suite);
+        if own != of_results {
+            let [own, of_results] = [own, of_results].map(visible);
+            return Some(format!("a file of suite {own} with results of suite {of_results}"));
+        }
+        let times = self.times.as_ref().and_then(Times::fault);
+        times.or_else(|| self.results.fault())
+    }
+}
+
 impl Contribution {
     /// Takes the results of a file `methods/NAME.json` with its text, within the folder of a run, whose manifests say
     /// where they are from. `times`: the name of the file with times in that folder.
     ///
     /// # Errors
-    /// [`ResultsError`].
-    pub fn of_run(path: &Path, text: &str, times: &str) -> Result<Self, ResultsError> {
+    /// If it is no such file, or one of the run's files cannot be used.
+    pub fn of_run(path: &Path, text: &str, times: &str) -> Result<Self, SuiteError> {
         let missing = || {
-            ResultsError::Other(format!(
+            SuiteError::new(format!(
                 "expected {METHODS}/NAME.json within the folder of a run, whose {STUDIES} say where it is from"
             ))
         };
@@ -51,12 +64,9 @@ impl Contribution {
         let within = path.parent().filter(|of| of.ends_with(METHODS));
         let run = within.and_then(Path::parent).ok_or_else(missing)?;
         let (mut programs, mut method) = (BTreeSet::new(), None);
-        let studies = files::subfolder(run, STUDIES)?.ok_or_else(missing)?;
-        for folder in files::list(&studies)? {
-            let Some(text) = text_of(&folder.join(MANIFEST), Kind::Manifest)? else {
-                continue;
-            };
-            let manifest: Value = parsed(&text)?;
+        let studies = files::subfolder(run, STUDIES).map_err(SuiteError::new)?;
+        for folder in files::list(&studies.ok_or_else(missing)?).map_err(SuiteError::new)? {
+            let manifest = read_manifest(&folder).map_err(SuiteError::new)?.unwrap_or_default();
             let tables = manifest["experiment"]["methods"].as_array();
             let mut own = tables.into_iter().flatten();
             if let Some(own) = own.find(|of| is_of(of, &results.method)) {
@@ -64,8 +74,6 @@ impl Contribution {
                 method.get_or_insert_with(|| own.clone());
             }
         }
-        let times = text_of(&run.join(times), Kind::Suite)?;
-        let times = times.map(|text| Times::parse(&text)).transpose()?;
         let of_method = |mut times: Times| {
             times.methods.retain(|of| of.method == results.method);
             (!times.methods.is_empty()).then_some(times)
@@ -75,54 +83,32 @@ impl Contribution {
             contribution: FORM,
             programs: programs.into_iter().collect(),
             method: method.ok_or_else(missing)?,
-            times: times.and_then(of_method),
+            times: Times::read(&run.join(times))?.and_then(of_method),
             results,
         })
     }
 
-    /// Reads the text of a file, checks its checksum and its results, and takes the part that a suite has.
+    /// Reads the text of a file, checks it, and takes the part that a suite has.
     ///
     /// # Errors
-    /// [`ResultsError`].
-    pub fn parse(text: &str, suite: &Suite) -> Result<Self, ResultsError> {
-        let value: Value = match parsed(text) {
-            Err(error) if text.starts_with('{') => return Err(error),
+    /// If it is damaged, no contribution, or does not belong to the suite.
+    pub fn of_text(text: &str, suite: &Suite) -> Result<Self, SuiteError> {
+        let value: Value = match files::parsed(text.as_bytes()) {
+            Err(error) if text.starts_with('{') => return Err(SuiteError::new(error)),
             read => read.unwrap_or_default(),
         };
         if value["contribution"] != FORM {
-            return Err(ResultsError::Other(
-                "no contribution; expected a file of suite export".to_owned(),
-            ));
+            return Err(SuiteError::new("no contribution; expected a file of suite export"));
         }
-        let read = serde_json::from_value::<Self>(value);
-        let mut own = read.map_err(|error| ResultsError::Damaged(error.to_string()))?;
-        if own.suite != own.results.suite {
-            return Err(ResultsError::Damaged(format!(
-                "a file of suite {} with results of suite {}",
-                visible(&own.suite),
-                visible(&own.results.suite)
-            )));
-        }
-        own.times = own.times.map(Times::checked).transpose()?;
-        own.results = own.results.checked()?.of(suite)?;
+        let mut own = Self::parse(text)?;
+        own.results = own.results.of(suite)?;
         Ok(own)
-    }
-
-    /// The text of the file, with its checksum.
-    pub fn text(&self) -> String {
-        files::sealed(self)
     }
 
     /// The name of its file.
     pub fn file(&self) -> String {
         format!("{}.json", file_part(&self.results.method))
     }
-}
-
-/// The text of a file; `None` if it does not exist.
-fn text_of(path: &Path, kind: Kind) -> Result<Option<String>, ResultsError> {
-    let text = files::read_own(path, kind)?;
-    Ok(text.map(|text| String::from_utf8_lossy(&text).into_owned()))
 }
 
 /// Whether a table of an experiment file is that of a method: by its name, or by its estimator if it has none.

@@ -20,13 +20,11 @@ pub const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"
 /// A method that takes part in the suite.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Competitor {
-    /// An estimator of the registry with its default options.
+    /// An estimator of the registry with its default options; in the open division it chooses its order.
     Estimator(EstimatorName),
     /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F. In
     /// the contest `structure` all are told it.
     Structured(EstimatorName),
-    /// An estimator that chooses its order.
-    Choosing(EstimatorName),
     /// The maximum likelihood of the scenario's own structure and density, started at the truth; in editions 1 the
     /// prediction error method.
     Ideal,
@@ -35,7 +33,7 @@ pub enum Competitor {
 }
 
 /// The facts of a study that methods may be told.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Told {
     /// The order of the plant.
     pub(super) order: usize,
@@ -119,7 +117,7 @@ impl Competitor {
                 let shaped = estimators.filter(|name| models_noise(*name));
                 shaped.map(Self::Estimator).chain(structured).collect()
             }
-            Division::Open => estimators.filter(|name| chooses(*name)).map(Self::Choosing).collect(),
+            Division::Open => estimators.filter(|name| chooses(*name)).map(Self::Estimator).collect(),
         };
         all.push(Self::Ideal);
         all
@@ -128,7 +126,7 @@ impl Competitor {
     /// Its name in results.
     pub fn name(&self) -> String {
         match self {
-            Self::Estimator(name) | Self::Choosing(name) => name.name().to_owned(),
+            Self::Estimator(name) => name.name().to_owned(),
             Self::Structured(EstimatorName::General) => "pem-structure".to_owned(),
             Self::Structured(name) => format!("{name}-structure"),
             Self::Ideal => IDEAL.to_owned(),
@@ -139,7 +137,7 @@ impl Competitor {
     /// The knowledge that it needs besides a record.
     pub(super) fn needs(&self) -> Needs {
         match self {
-            Self::Estimator(estimator) | Self::Structured(estimator) | Self::Choosing(estimator) => {
+            Self::Estimator(estimator) | Self::Structured(estimator) => {
                 let default = estimator.parse(Map::new());
                 default.map_or_else(|_| Needs::default(), |options| options.needs())
             }
@@ -158,7 +156,6 @@ impl Competitor {
         let with_orders =
             |orders: Orders, estimator: &str| json!({ "name": name, "estimator": estimator, "orders": orders });
         match self {
-            Self::Estimator(estimator) => of_estimator(*estimator, &name, options, told),
             Self::Structured(estimator) => {
                 // The structure of the truth, or the smallest ARMAX model that holds it.
                 let common = Orders {
@@ -168,7 +165,7 @@ impl Competitor {
                 let orders = [truth, truth.holding(common)];
                 orders.map(|orders| with_orders(orders, estimator.name())).to_vec()
             }
-            Self::Choosing(EstimatorName::KernelFir) => {
+            Self::Estimator(EstimatorName::KernelFir) if told.division.is_open() => {
                 // The response is the model.
                 let orders = Orders {
                     nb: TAPS.min(told.shortest / 2),
@@ -177,8 +174,10 @@ impl Competitor {
                 };
                 vec![with_orders(orders, EstimatorName::KernelFir.name())]
             }
-            Self::Choosing(estimator) => {
-                options.insert("choose".to_owned(), json!(OrderRule::default()));
+            Self::Estimator(estimator) => {
+                if told.division.is_open() {
+                    options.insert("choose".to_owned(), json!(OrderRule::default()));
+                }
                 of_estimator(*estimator, &name, options, told)
             }
             Self::Ideal => {

@@ -2,15 +2,14 @@
 
 use super::competitor::Competitor;
 use super::manifest::{self, Division};
-use super::results::{ResultsError, parsed};
-use super::scenario::{Scenario, Suite, SuiteError, SuiteStudy};
-use super::score::Estimated;
-use crate::files;
-use crate::run::runner::{Block, run};
+use super::results::runs_of;
+use super::scenario::{Scenario, Suite, SuiteStudy};
+use super::score::mean_of;
+use super::stored::{Stored, SuiteError};
+use crate::claim::Verdict;
+use asobench_identification::metric::Estimate;
 use asobench_identification::theory::distribution;
 use serde::{Deserialize, Serialize};
-use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
 
 /// The mean of d is in here where the law holds.
 const NEAR: [f64; 2] = [0.9, 1.1];
@@ -54,22 +53,15 @@ pub struct Law {
 impl Law {
     /// Whether the law holds: a mean of 0.9 to 1.1, known to 0.05, and no certain difference from the law. It does not
     /// hold where there is one, or where the mean is outside by two standard errors; else the runs do not say.
-    pub fn holds(&self) -> Option<bool> {
+    pub fn verdict(&self) -> Verdict {
         let [mean, error] = self.mean;
         let outside = (NEAR[0] - mean).max(mean - NEAR[1]);
         if self.holm < LEVEL || outside > 2.0 * error {
-            Some(false)
+            Verdict::DoesNotHold
+        } else if outside <= 0.0 && error <= UNCERTAIN {
+            Verdict::Holds
         } else {
-            (outside <= 0.0 && error <= UNCERTAIN).then_some(true)
-        }
-    }
-
-    /// The same in a word.
-    pub fn verdict(&self) -> &'static str {
-        match self.holds() {
-            Some(true) => "holds",
-            Some(false) => "does not hold",
-            None => "undecided",
+            Verdict::Undecided
         }
     }
 }
@@ -79,27 +71,23 @@ impl Law {
 /// # Errors
 /// [`SuiteError`].
 pub fn law(study: &SuiteStudy, runs: u64, threads: usize) -> Result<Vec<Law>, SuiteError> {
-    let wrong = |what: &str| SuiteError::Manifest(format!("{}: {what}", study.name));
     let (experiment, declined) = study.experiment(&[Competitor::Ideal], runs)?;
     if let Some((_, why)) = declined.first() {
-        return Err(wrong(why));
+        return Err(SuiteError::of(&study.name)(why));
     }
     let Some(experiment) = experiment else {
         return Ok(Vec::new());
     };
-    let (mut found, stop) = (vec![Vec::new(); study.scenarios.len()], AtomicBool::new(false));
-    run::<Infallible>(&experiment, runs, threads, &stop, |block: Block| {
-        for place in 0..block.rows.trial_count() {
-            let row = block.rows.row(place, 0);
-            let d = row[study.distance()];
-            let is_kept = !row.is_lost() && d.is_finite();
-            found[block.span.cell].push(if is_kept { d } else { f64::INFINITY });
-        }
-        Ok(())
-    })
-    .map_err(|error| wrong(&error.to_string()))?;
+    let found = runs_of(&experiment, runs, threads).map_err(SuiteError::of(&study.name))?;
     let both = study.scenarios.iter().zip(found);
-    Ok(both.map(|(scenario, d)| of_sample(scenario, d)).collect())
+    let laws = both.map(|(scenario, runs)| {
+        let d = runs.iter().map(|(row, _)| match study.why_lost(row) {
+            None => row[study.distance()],
+            Some(_) => f64::INFINITY,
+        });
+        of_sample(scenario, d.collect())
+    });
+    Ok(laws.collect())
 }
 
 /// The law of a sample. Kolmogorov's distance D has the p-value `2 sum_k (-1)^(k-1) exp(-2 k^2 x^2)`,
@@ -123,15 +111,14 @@ fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
         sign * (-2.0 * f64::from(k * k) * x * x).exp()
     };
     let p = if x < 0.2 { 1.0 } else { (1..100).map(term).sum::<f64>() };
-    let kept: Vec<f64> = d.into_iter().filter(|d| d.is_finite()).collect();
-    let count = kept.len() as f64;
-    let mean = kept.iter().sum::<f64>() / count;
-    let squares: f64 = kept.iter().map(|d| (d - mean).powi(2)).sum();
+    let kept: Vec<f64> = d.iter().copied().filter(|d| d.is_finite()).collect();
+    let Estimate { value, mcse } = mean_of(&kept);
     Law {
         name: scenario.name.clone(),
         content: scenario.content.clone(),
-        lost: (n - count) as u64,
-        mean: [mean, (squares / (count - 1.0) / count).sqrt()],
+        lost: d.len() as u64 - kept.len() as u64,
+        // Nothing is known of a law with fewer than two runs.
+        mean: if kept.len() < 2 { [f64::MAX, 0.0] } else { [value, mcse] },
         p: p.clamp(0.0, 1.0),
         holm: 1.0,
     }
@@ -140,11 +127,6 @@ fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
 impl Laws {
     /// The laws of scenarios of a suite, with Holm's correction over all of them.
     pub fn new((suite, contest): (String, Division), runs: u64, mut scenarios: Vec<Law>) -> Self {
-        for of in &mut scenarios {
-            if !of.mean.iter().all(|x| x.is_finite()) {
-                of.mean = [f64::MAX, 0.0];
-            }
-        }
         let mut order: Vec<usize> = (0..scenarios.len()).collect();
         order.sort_by(|i, j| scenarios[*i].p.total_cmp(&scenarios[*j].p));
         let mut most = 0.0_f64;
@@ -163,10 +145,9 @@ impl Laws {
     /// Those that the program carries for a suite: of an edition with the same F, and of the same d.
     ///
     /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn shipped(suite: &Suite) -> Result<Option<Self>, ResultsError> {
-        let text = manifest::LAW;
-        let laws: Option<Self> = (!text.is_empty()).then(|| parsed(text)).transpose()?;
+    /// If they are damaged.
+    pub fn shipped(suite: &Suite) -> Result<Option<Self>, SuiteError> {
+        let laws = Self::carried(manifest::LAW)?;
         Ok(laws.filter(|of| suite.manifest.is_alike(&of.suite) && suite.division.is_open() == of.contest.is_open()))
     }
 
@@ -174,17 +155,14 @@ impl Laws {
     pub fn of(&self, scenario: &Scenario) -> Option<&Law> {
         self.scenarios.iter().find(|of| of.content == scenario.content)
     }
-
-    /// Returns the text of the file, with its checksum.
-    pub fn text(&self) -> String {
-        files::sealed(self)
-    }
 }
+
+impl Stored for Laws {}
 
 impl Law {
     /// The mean of d with its standard error.
-    pub fn mean(&self) -> Estimated {
-        let [value, error] = self.mean;
-        Estimated { value, error }
+    pub fn mean(&self) -> Estimate {
+        let [value, mcse] = self.mean;
+        Estimate { value, mcse }
     }
 }

@@ -1,8 +1,9 @@
 //! `suite/suite.toml`: which systems, settings and sizes, in which tier; and the files that the program carries.
 
-use crate::design::file::{Axis, ExperimentFile, FileError, Key};
+use super::stored::SuiteError;
+use crate::design::file::{Axis, ExperimentFile, Key};
 use asobench_identification::names::{UnknownName, named_enum};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use std::collections::BTreeMap;
 
 include!(concat!(env!("OUT_DIR"), "/suite_files.rs"));
@@ -56,7 +57,7 @@ impl Tier {
 }
 
 /// The manifest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// The edition that was asked for, the current one if none was.
@@ -80,27 +81,30 @@ pub struct Manifest {
     pub studies: Vec<StudyEntry>,
 }
 
-/// A system with its settings: an experiment with one scenario for each N.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// A system with its settings, a table of the manifest or a line of the bank: an experiment with one scenario for each
+/// N.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyEntry {
-    /// The system, a file of `suite/`.
+    /// The system: a file of `suite/`, or a plant of the bank.
+    #[serde(alias = "name")]
     pub system: String,
-    /// The part of its scenarios' names after the system's.
+    /// The part of its scenarios' names after the system's; none in the bank.
+    #[serde(default)]
     pub variant: String,
     /// The smallest tier that has it.
     pub tier: Tier,
-    /// The first edition that has it; the first of all if absent.
+    /// The first edition that has it; the first of all if absent, in the bank the first with contests.
     #[serde(default)]
     pub since: Option<String>,
     /// The edition that withdrew it; none if absent.
     #[serde(default)]
     pub until: Option<String>,
     /// The system of a plant of the bank.
-    #[serde(skip)]
-    bank: Option<Box<ExperimentFile>>,
+    #[serde(default)]
+    file: Option<Box<ExperimentFile>>,
     /// The sizes N.
-    pub window: Vec<usize>,
+    pub window: Axis,
     /// Its difficulties, in the suite's words; colour, loop, delay and short records are added.
     #[serde(default)]
     pub hard: Vec<String>,
@@ -108,6 +112,7 @@ pub struct StudyEntry {
     #[serde(default)]
     pub sampled: bool,
     /// Its settings, besides those of the system's file.
+    #[serde(default)]
     pub settings: BTreeMap<Key, Axis>,
 }
 
@@ -115,20 +120,31 @@ pub struct StudyEntry {
 pub const VALUES: [f64; 2] = [0.5, 0.9];
 
 impl Manifest {
-    /// Reads the manifest that the program carries.
+    /// Reads the manifest that the program carries, as it is in an edition or the current one. Later editions stay
+    /// known, since their results serve an earlier one.
     ///
     /// # Errors
-    /// A fault in the manifest.
-    pub fn read() -> Result<Self, String> {
-        let read = toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"));
+    /// If there is no such edition, or a fault in the manifest.
+    pub fn read(edition: Option<&str>) -> Result<Self, SuiteError> {
+        let read = toml::from_str(MANIFEST).map_err(SuiteError::of("suite/suite.toml"));
         let mut manifest: Self = read?;
         for line in BANK.lines() {
-            let entry = StudyEntry::of_bank(line, &manifest.contests);
-            let entry = entry.map_err(|error| format!("suite/bank.jsonl: {error}"))?;
-            manifest.studies.push(entry);
+            let read = serde_json::from_str(line).map_err(SuiteError::of("suite/bank.jsonl"));
+            manifest.studies.push(StudyEntry {
+                since: Some(manifest.contests.clone()),
+                ..read?
+            });
         }
-        manifest.edition.clone_from(&manifest.current);
-        Ok(manifest)
+        manifest.edition = edition.unwrap_or(&manifest.current).to_owned();
+        let mut studies = std::mem::take(&mut manifest.studies);
+        let place = manifest.place_of(&manifest.edition);
+        if place.is_none() {
+            let unknown = UnknownName::new("edition", &manifest.edition, &manifest.editions);
+            return Err(SuiteError::new(unknown));
+        }
+        let begins = |at: &str| manifest.place_of(at).is_some_and(|at| Some(at) <= place);
+        studies.retain(|of| of.since.as_deref().is_none_or(begins) && !of.until.as_deref().is_some_and(begins));
+        Ok(Self { studies, ..manifest })
     }
 
     /// Whether the edition has contests.
@@ -146,21 +162,6 @@ impl Manifest {
         self.editions.iter().position(|of| of == edition)
     }
 
-    /// Takes the manifest as it is in an edition. Later editions stay known, since their results serve an earlier one.
-    ///
-    /// # Errors
-    /// If there is no such edition.
-    pub fn of_edition(mut self, edition: &str) -> Result<Self, UnknownName> {
-        let Some(place) = self.place_of(edition) else {
-            return Err(UnknownName::new("edition", edition, &self.editions));
-        };
-        let mut studies = std::mem::take(&mut self.studies);
-        let begins = |at: &str| self.place_of(at).is_some_and(|at| at <= place);
-        studies.retain(|of| of.since.as_deref().is_none_or(begins) && !of.until.as_deref().is_some_and(begins));
-        edition.clone_into(&mut self.edition);
-        Ok(Self { studies, ..self })
-    }
-
     /// Returns the number of trials of a scenario in a tier, or of a plant of the bank.
     pub fn trials_of(&self, tier: Tier, is_bank: bool) -> u64 {
         let trials = if is_bank { &self.bank_trials } else { &self.trials };
@@ -170,35 +171,7 @@ impl Manifest {
     }
 }
 
-/// A line of the bank: a system with what its entry would say.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BankLine {
-    name: String,
-    tier: Tier,
-    window: usize,
-    hard: Vec<String>,
-    sampled: bool,
-    file: ExperimentFile,
-}
-
 impl StudyEntry {
-    fn of_bank(line: &str, since: &str) -> Result<Self, serde_json::Error> {
-        let line: BankLine = serde_json::from_str(line)?;
-        Ok(Self {
-            system: line.name,
-            variant: String::new(),
-            tier: line.tier,
-            since: Some(since.to_owned()),
-            until: None,
-            bank: Some(Box::new(line.file)),
-            window: vec![line.window],
-            hard: line.hard,
-            sampled: line.sampled,
-            settings: BTreeMap::new(),
-        })
-    }
-
     /// The name of the study: the system and the variant, if there is one.
     pub(super) fn name(&self) -> String {
         match self.variant.as_str() {
@@ -209,16 +182,21 @@ impl StudyEntry {
 
     /// Whether it is a plant of the bank.
     pub fn is_bank(&self) -> bool {
-        self.bank.is_some()
+        self.file.is_some()
     }
 
-    /// The system, as an experiment without methods; `None` if there is no such one.
-    pub(super) fn file(&self) -> Option<Result<ExperimentFile, FileError>> {
-        if let Some(file) = &self.bank {
-            return Some(Ok((**file).clone()));
+    /// The system, as an experiment without methods.
+    ///
+    /// # Errors
+    /// If there is no such one, or a fault in it.
+    pub(super) fn file(&self) -> Result<ExperimentFile, SuiteError> {
+        if let Some(file) = &self.file {
+            return Ok((**file).clone());
         }
         let found = SYSTEMS.iter().find(|(of, _)| *of == self.system);
-        found.map(|(_, text)| ExperimentFile::parse(text))
+        let unknown = || SuiteError::new(UnknownName::new("system", &self.system, systems()));
+        let (_, text) = found.ok_or_else(unknown)?;
+        ExperimentFile::parse(text).map_err(SuiteError::of(self.name()))
     }
 }
 

@@ -17,6 +17,7 @@ mod records;
 mod results;
 mod scenario;
 mod score;
+mod stored;
 mod times;
 
 pub use archive::{ARCHIVE, Contribution};
@@ -25,13 +26,10 @@ pub use law::{Law, Laws, law};
 pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
 pub use published::{PublishedTable, Reproduced, published};
 pub use recorded::{RecordEntry, RecordFits, RecordedFits, choosing, recorded_entries};
-pub use results::{
-    METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder, shipped,
-};
-pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{
-    Estimated, Paired, Ranks, Score, efficiency, ideal_share, paired, ranks, score, score_by, share_within,
-};
+pub use results::{METHODS, MethodResults, STUDIES, ScenarioResults, collect, declined, of_folder, shipped};
+pub use scenario::{Made, Scenario, Suite, SuiteStudy, ideal_weights};
+pub use score::{Paired, Score, efficiency, ideal_share, paired, paired_in, score, score_by, share_within};
+pub use stored::{Stored, SuiteError};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

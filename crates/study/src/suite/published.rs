@@ -4,18 +4,19 @@
 use super::competitor::Competitor;
 use super::manifest::{self, Manifest, Tier};
 use super::records::{Estimates, drawn};
-use super::scenario::{Suite, SuiteError};
-use super::score::{Estimated, deviation, mean};
-use crate::design::{DiscreteCell, Experiment};
-use crate::run::runner::{Block, RunError, run};
+use super::results::runs_of;
+use super::scenario::Suite;
+use super::score::{deviation, mean, mean_of};
+use super::stored::SuiteError;
+use crate::design::DiscreteCell;
+use asobench_identification::metric::Estimate;
 use asobench_identification::model::LinearModel;
 use asobench_identification::names::UnknownName;
 use asobench_identification::plant::StateSpace;
 use asobench_identification::signal::Input;
 use asobench_identification::theory::FisherInformation;
 use serde::Deserialize;
-use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
+use std::fmt::Display;
 
 /// So many standard errors of the difference make two numbers differ.
 const CERTAIN: f64 = 4.0;
@@ -68,9 +69,9 @@ pub struct Reproduced {
     /// Its name.
     pub name: String,
     /// The printed mean, and the printed standard deviation if there is one.
-    pub printed: (Estimated, Option<Estimated>),
+    pub printed: (Estimate, Option<Estimate>),
     /// Ours.
-    pub ours: (Estimated, Estimated),
+    pub ours: (Estimate, Estimate),
     /// The standard deviation at the Cramer-Rao bound, where our mean is certainly no other than the truth.
     pub bound: Option<f64>,
     /// Runs that left a model.
@@ -84,14 +85,14 @@ impl Reproduced {
     /// Whether neither the means nor the standard deviations differ certainly.
     pub fn agrees(&self) -> bool {
         let ((_, sd), (_, our_sd)) = (self.printed, self.ours);
-        let alike = |a: Estimated, b: Estimated| (a.value - b.value).abs() <= CERTAIN * a.error.hypot(b.error);
-        self.apart(self.printed.0.error) <= CERTAIN && sd.is_none_or(|sd| alike(sd, our_sd))
+        let alike = |a: Estimate, b: Estimate| (a.value - b.value).abs() <= CERTAIN * a.mcse.hypot(b.mcse);
+        self.apart(self.printed.0.mcse) <= CERTAIN && sd.is_none_or(|sd| alike(sd, our_sd))
     }
 
     /// The difference of the means in its standard errors, that of the printed one being `error`.
     pub fn apart(&self, error: f64) -> f64 {
         let (printed, ours) = (self.printed.0, self.ours.0);
-        (printed.value - ours.value).abs() / error.hypot(ours.error)
+        (printed.value - ours.value).abs() / error.hypot(ours.mcse)
     }
 }
 
@@ -101,8 +102,7 @@ impl Reproduced {
 /// A fault in the tables.
 pub fn published() -> Result<Vec<PublishedTable>, SuiteError> {
     let read: Result<Tables, _> = toml::from_str(manifest::PUBLISHED);
-    let read = read.map_err(|error| SuiteError::Manifest(format!("suite/published: {error}")))?;
-    Ok(read.tables)
+    Ok(read.map_err(SuiteError::of("suite/published"))?.tables)
 }
 
 impl PublishedTable {
@@ -117,10 +117,10 @@ impl PublishedTable {
     /// # Errors
     /// [`SuiteError`].
     pub fn reproduce(&self, threads: usize) -> Result<Vec<Reproduced>, SuiteError> {
-        let manifest = Manifest::read().map_err(SuiteError::Manifest)?;
+        let manifest = Manifest::read(None)?;
         let found = match drawn(&self.scenario, self.our_runs(), manifest.seed) {
             None => self.on_scenario(threads)?,
-            Some(found) => found.map_err(|error| self.wrong(&error.to_string()))?,
+            Some(found) => found.map_err(self.wrong())?,
         };
         let names = self.coefficients.iter().enumerate();
         let row = |(i, name): (usize, &String)| {
@@ -139,8 +139,8 @@ impl PublishedTable {
         Ok(names.map(row).collect())
     }
 
-    fn wrong(&self, what: &str) -> SuiteError {
-        SuiteError::Manifest(format!("suite/published: {}: {what}", self.scenario))
+    fn wrong<E: Display>(&self) -> impl Fn(E) -> SuiteError {
+        SuiteError::of(format!("suite/published: {}", self.scenario))
     }
 
     /// The estimates on the records of a scenario.
@@ -152,25 +152,29 @@ impl PublishedTable {
         let all = Competitor::of(suite.division);
         let names: Vec<String> = all.iter().map(Competitor::name).collect();
         let Some(place) = names.iter().position(|name| *name == self.method) else {
-            return Err(UnknownName::new("method", &self.method, &names).into());
+            return Err(SuiteError::new(UnknownName::new("method", &self.method, &names)));
         };
-        let study = suite.studies.first().ok_or_else(|| self.wrong("no such study"))?;
+        let study = suite.studies.first().ok_or_else(|| self.wrong()("no such study"))?;
         let (experiment, declined) = study.experiment(&all[place..=place], runs)?;
         let declined = declined.first().map_or("", |(_, why)| why);
-        let experiment = experiment.ok_or_else(|| self.wrong(declined))?;
-        let errors = errors(&experiment, runs, threads);
-        let errors = errors.map_err(|error| self.wrong(&error.to_string()))?;
+        let experiment = experiment.ok_or_else(|| self.wrong()(declined))?;
         let cell = experiment.cells[0].discrete();
         let (plant, cell) = cell
             .and_then(|cell| Some((cell.process.plant()?, cell)))
-            .ok_or_else(|| self.wrong("no plant"))?;
+            .ok_or_else(|| self.wrong()("no plant"))?;
         let information = FisherInformation::new(&cell.process, cell.eta, cell.window);
-        let information = information.map_err(|why| self.wrong(&why.to_string()))?;
+        let information = information.map_err(self.wrong())?;
+        // The signed errors of a_1 ... a_n, h_1 ... h_n of every run that left a model.
+        let rows = runs_of(&experiment, runs, threads)
+            .map_err(self.wrong())?
+            .swap_remove(0);
+        let kept = rows.into_iter().filter(|(row, _)| !row.is_lost());
+        let errors: Vec<Vec<f64>> = kept.map(|(_, errors)| errors[..2 * plant.order()].to_vec()).collect();
         let (mut values, mut bound) = (vec![Vec::new(); errors.len()], Vec::new());
         for name in &self.coefficients {
             let (all, deviation): (Vec<f64>, _) = if let Some(limit) = name.strip_prefix('E') {
                 let each = output_errors(cell, plant, &errors);
-                let each = each.ok_or_else(|| self.wrong("an input that is the same in all runs"))?;
+                let each = each.ok_or_else(|| self.wrong()("an input that is the same in all runs"))?;
                 let limit = limit.strip_prefix('<').and_then(|limit| limit.parse::<f64>().ok());
                 let of = |e: &f64| limit.map_or(*e, |limit| f64::from(u8::from(*e < limit)));
                 (each.iter().map(of).collect(), None)
@@ -179,7 +183,7 @@ impl PublishedTable {
                 let found = errors.iter().map(|errors| truth + sign * errors[column]);
                 let found: Vec<f64> = found.collect();
                 let mean = moments(&found, 1).0;
-                let is_near = (mean.value - truth).abs() <= CERTAIN * mean.error;
+                let is_near = (mean.value - truth).abs() <= CERTAIN * mean.mcse;
                 (found, information.deviation(column).filter(|_| is_near))
             };
             values.iter_mut().zip(all).for_each(|(of, value)| of.push(value));
@@ -194,38 +198,31 @@ impl PublishedTable {
 
     /// The printed mean and standard deviation. Where no deviation is printed, ours stands for it in the error of the
     /// mean.
-    fn printed(&self, i: usize, our_sd: f64, is_share: bool) -> (Estimated, Option<Estimated>) {
+    fn printed(&self, i: usize, our_sd: f64, is_share: bool) -> (Estimate, Option<Estimate>) {
         let runs = self.runs as f64;
         let sd = self.sd.get(i).copied();
         let error = self.rounding.unwrap_or(sd.unwrap_or(our_sd) / runs.sqrt());
-        let spread = sd.filter(|_| self.runs > 1 && !is_share).map(|value| Estimated {
+        let spread = sd.filter(|_| self.runs > 1 && !is_share).map(|value| Estimate {
             value,
-            error: self.rounding.unwrap_or(value / (2.0 * (runs - 1.0)).sqrt()),
+            mcse: self.rounding.unwrap_or(value / (2.0 * (runs - 1.0)).sqrt()),
         });
         let value = self.mean[i];
-        (Estimated { value, error }, spread)
+        (Estimate { value, mcse: error }, spread)
     }
 }
 
 /// Mean and standard deviation with their standard errors, the latter from the fourth moment. `shared` runs in a row
 /// have one input. The error of a mean is at least what one run more makes of a share of all.
-fn moments(x: &[f64], shared: usize) -> (Estimated, Estimated) {
-    let n = x.len() as f64;
-    let value = mean(x);
+fn moments(x: &[f64], shared: usize) -> (Estimate, Estimate) {
+    let (n, value, sd) = (x.len() as f64, mean(x), deviation(x));
     let power = |p: i32| x.iter().map(|x| (x - value).powi(p)).sum::<f64>() / n;
-    let (second, fourth) = (power(2), power(4));
-    let sd = (second * n / (n - 1.0)).sqrt();
-    let of_variance = ((fourth - second * second) / n).max(0.0).sqrt();
+    let of_variance = ((power(4) - power(2).powi(2)) / n).max(0.0).sqrt();
     let is_share = x.iter().all(|x| *x == 0.0 || *x == 1.0);
     let least = if is_share { 1.0 / (n + 2.0) } else { 0.0 };
     let groups: Vec<f64> = x.chunks(shared).map(mean).collect();
-    let error = deviation(&groups) / (groups.len() as f64).sqrt();
-    let error = error.max(least);
-    let spread = Estimated {
-        value: sd,
-        error: if sd > 0.0 { of_variance / (2.0 * sd) } else { 0.0 },
-    };
-    (Estimated { value, error }, spread)
+    let of_mean = mean_of(&groups).mcse.max(least);
+    let of_sd = if sd > 0.0 { of_variance / (2.0 * sd) } else { 0.0 };
+    (Estimate { value, mcse: of_mean }, Estimate { value: sd, mcse: of_sd })
 }
 
 /// The standard error of the mean of `runs` runs with one input, from groups of `shared` runs with one input each:
@@ -237,24 +234,6 @@ fn of_one_input(x: &[f64], shared: usize, runs: u64) -> f64 {
     let within = mean(&of_each(|group| deviation(group).powi(2)));
     let of_input = (between - within / shared as f64).max(0.0);
     (of_input + within / runs as f64).sqrt()
-}
-
-/// The signed errors of `a_1 ... a_n, h_1 ... h_n` of every run that left a model, in the order of the runs.
-fn errors(experiment: &Experiment, runs: u64, threads: usize) -> Result<Vec<Vec<f64>>, RunError<Infallible>> {
-    let mut found = Vec::new();
-    let order = experiment.cells[0].order();
-    run(experiment, runs, threads, &AtomicBool::new(false), |block: Block| {
-        for place in 0..block.rows.trial_count() {
-            let row = block.rows.row(place, 0);
-            if !row.is_lost() {
-                let errors = block.rows.parameters(place, 0)[..2 * order].to_vec();
-                found.push((row.trial, errors));
-            }
-        }
-        Ok(())
-    })?;
-    found.sort_by_key(|(trial, _)| *trial);
-    Ok(found.into_iter().map(|(_, errors)| errors).collect())
 }
 
 /// `|| y0 - yhat || / || y0 ||` of every run, the outputs of plant and model from rest; `None` if the input is drawn
@@ -292,5 +271,5 @@ fn place_of(plant: &StateSpace, name: &str) -> Result<(usize, f64, f64), SuiteEr
         "b" => Some((n + i - 1, 1.0, plant.h()[i - 1])),
         _ => None,
     });
-    found.ok_or_else(|| UnknownName::new("coefficient", name, ["a1", "f1", "b1", "E"]).into())
+    found.ok_or_else(|| SuiteError::new(UnknownName::new("coefficient", name, ["a1", "f1", "b1", "E"])))
 }

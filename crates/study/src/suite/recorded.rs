@@ -3,14 +3,12 @@
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{self, Division};
-use super::results::{ResultsError, parsed};
-use crate::files;
+use super::stored::{Stored, SuiteError};
 use crate::text::visible;
 use asobench_identification::data::{Detrend, Trend, csv::Record};
 use asobench_identification::estimator::{EstimatorName, MethodOptions};
 use asobench_identification::fit;
 use asobench_identification::model::Orders;
-use asobench_identification::signal::NoiseLaw;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -60,17 +58,16 @@ pub struct RecordFits {
 ///
 /// # Errors
 /// A fault in the list.
-pub fn recorded_entries() -> Result<Vec<RecordEntry>, ResultsError> {
+pub fn recorded_entries() -> Result<Vec<RecordEntry>, SuiteError> {
     let read: Result<Entries, _> = toml::from_str(manifest::RECORDS);
-    let wrong = |error| ResultsError::Damaged(format!("suite/recorded/records.toml: {error}"));
-    Ok(read.map_err(wrong)?.records)
+    Ok(read.map_err(SuiteError::of("suite/recorded/records.toml"))?.records)
 }
 
 /// The methods that choose their orders, without the ideal, which knows the truth.
 pub fn choosing() -> Vec<(String, EstimatorName)> {
     let all = Competitor::of(Division::Open).into_iter();
     let estimator = |of: Competitor| match of {
-        Competitor::Choosing(estimator) => Some((of.name(), estimator)),
+        Competitor::Estimator(estimator) => Some((of.name(), estimator)),
         _ => None,
     };
     all.filter_map(estimator).collect()
@@ -115,14 +112,11 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
     let told = Told {
         order: 1,
         truth: Orders::arx(1, 1, 1),
-        controller: None,
         shortest: first,
         division: Division::Open,
-        has_contests: false,
-        law: NoiseLaw::Gaussian,
-        has_noisy_input: false,
+        ..Told::default()
     };
-    let table = Competitor::Choosing(estimator).tables(&told).into_iter().next()?;
+    let table = Competitor::Estimator(estimator).tables(&told).into_iter().next()?;
     let Value::Object(mut options) = table else {
         return None;
     };
@@ -130,33 +124,20 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
     estimator.parse(options).ok()
 }
 
+impl Stored for RecordedFits {
+    fn fault(&self) -> Option<String> {
+        let mut all = self.records.iter();
+        let of = all.find(|of| of.fits.len() != self.methods.len())?;
+        Some(format!("record {}: expected a FIT for each method", visible(&of.file)))
+    }
+}
+
 impl RecordedFits {
-    /// Reads the text of a file and checks its checksum, and that a run could have written it.
-    ///
-    /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let own: Self = parsed(text)?;
-        match own.records.iter().find(|of| of.fits.len() != own.methods.len()) {
-            Some(of) => Err(ResultsError::Damaged(format!(
-                "record {}: expected a FIT for each method",
-                visible(&of.file)
-            ))),
-            None => Ok(own),
-        }
-    }
-
-    /// Returns the text of the file, with its checksum.
-    pub fn text(&self) -> String {
-        files::sealed(self)
-    }
-
     /// Those that the program carries.
     ///
     /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn shipped() -> Result<Option<Self>, ResultsError> {
-        let text = manifest::RECORDED;
-        (!text.is_empty()).then(|| Self::parse(text)).transpose()
+    /// If they are damaged.
+    pub fn shipped() -> Result<Option<Self>, SuiteError> {
+        Self::carried(manifest::RECORDED)
     }
 }

@@ -3,18 +3,21 @@
 use super::competitor::Competitor;
 use super::manifest::{self, Division};
 use super::scenario::{Scenario, Suite, SuiteStudy};
+use super::stored::{Stored, SuiteError};
 use crate::design::{Experiment, Measure};
-use crate::files::{self, Kind, PathError};
-use crate::outcome::layout::MANIFEST;
+use crate::files;
+use crate::outcome::folder_layout::MANIFEST;
 use crate::outcome::row::Row;
 use crate::outcome::rows::Rows;
-use crate::run::blocks::{BlockError, BlockFolder};
+use crate::run::block_file::BlockFolder;
+use crate::run::runner::{Block, run};
 use crate::text::visible;
 use asobench_identification::metric::Z;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// The results of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,54 +62,17 @@ pub struct ScenarioResults {
     pub lost: BTreeMap<String, u64>,
 }
 
-/// Why results cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ResultsError {
-    /// A file cannot be read or written.
-    #[error(transparent)]
-    File(#[from] PathError),
-    /// A block cannot be read.
-    #[error(transparent)]
-    Block(#[from] BlockError),
-    /// A file is damaged or not of this kind.
-    #[error("{0}")]
-    Damaged(String),
-    /// A file belongs to another edition, seed or scenario.
-    #[error("{0}")]
-    Other(String),
-}
-
-/// Reads the text of a file with a checksum.
-pub(super) fn parsed<T: DeserializeOwned>(text: &str) -> Result<T, ResultsError> {
-    let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
-    serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+impl Stored for MethodResults {
+    fn fault(&self) -> Option<String> {
+        let of = self.scenarios.iter().find(|of| !of.is_sound())?;
+        Some(format!(
+            "scenario {}: d, fit and hits of other numbers of trials, or more hits than intervals",
+            visible(&of.name)
+        ))
+    }
 }
 
 impl MethodResults {
-    /// Reads the text of a file and checks its checksum, and that a run could have written it.
-    ///
-    /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        parsed::<Self>(text)?.checked()
-    }
-
-    /// Checks that a run could have written it.
-    pub(super) fn checked(self) -> Result<Self, ResultsError> {
-        match self.scenarios.iter().find(|of| !of.is_sound()) {
-            Some(of) => Err(ResultsError::Damaged(format!(
-                "scenario {}: d, fit and hits of other numbers of trials, or more hits than intervals",
-                visible(&of.name)
-            ))),
-            None => Ok(self),
-        }
-    }
-
-    /// Returns the text of the file, with its checksum.
-    pub fn text(&self) -> String {
-        files::sealed(self)
-    }
-
     /// Whether it has runs in some scenario.
     pub fn has_runs(&self) -> bool {
         self.scenarios.iter().any(ScenarioResults::has_runs)
@@ -115,11 +81,11 @@ impl MethodResults {
     /// Returns the part that a suite has: its scenarios, and of each the first trials.
     ///
     /// # Errors
-    /// [`ResultsError::Other`] if they are of another edition or seed, if a scenario is another one or missing, or if
+    /// If they are of another edition or seed, if a scenario is another one or missing, or if
     /// trials are missing.
-    pub fn of(mut self, suite: &Suite) -> Result<Self, ResultsError> {
+    pub fn of(mut self, suite: &Suite) -> Result<Self, SuiteError> {
         let manifest = &suite.manifest;
-        let other = |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
+        let other = SuiteError::of(format!("results of '{}'", self.method));
         let (found, here) = (&self.suite, &manifest.edition);
         // A later edition has the scenarios of an earlier one.
         if manifest.place_of(found) < manifest.place_of(here) {
@@ -142,7 +108,7 @@ impl MethodResults {
         }
         let mut scenarios = Vec::new();
         for scenario in suite.scenarios() {
-            let (name, trials) = (&scenario.name, suite.trials_of(scenario) as usize);
+            let (name, trials) = (&scenario.name, suite.trials(scenario.is_bank) as usize);
             if self.not_for.contains(name) {
                 scenarios.push(ScenarioResults::of_none(scenario));
                 continue;
@@ -224,8 +190,8 @@ impl ScenarioResults {
 /// Reads the results that the program carries, as far as a suite has them, in the order of the registry.
 ///
 /// # Errors
-/// [`ResultsError`].
-pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
+/// [`SuiteError`].
+pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, SuiteError> {
     let texts = manifest::results(suite.division, suite.manifest.has_contests());
     let read = texts.map(|text| MethodResults::parse(text)?.of(suite));
     Ok(in_order(read.collect::<Result<_, _>>()?))
@@ -234,22 +200,20 @@ pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
 /// Reads the results in a folder of a run, in the order of the registry, others last.
 ///
 /// # Errors
-/// [`ResultsError`].
-pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, ResultsError> {
+/// [`SuiteError`].
+pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, SuiteError> {
     let mut found = Vec::new();
-    let methods = files::subfolder(folder, METHODS)?;
-    let paths = methods.map(|methods| files::list(&methods)).transpose()?;
-    for path in paths.unwrap_or_default() {
-        if path.extension().is_some_and(|of| of == "json") {
-            let text = files::read_own(&path, Kind::Suite)?.unwrap_or_default();
-            let named = |error: ResultsError| ResultsError::Other(format!("{}: {error}", path.display()));
-            let read = MethodResults::parse(&String::from_utf8_lossy(&text));
-            found.push(read.and_then(|of| of.of(suite)).map_err(named)?);
+    let methods = files::subfolder(folder, METHODS).map_err(SuiteError::new)?;
+    let paths = methods.map(|methods| files::list(&methods)).transpose();
+    for path in paths.map_err(SuiteError::new)?.unwrap_or_default() {
+        let is_json = path.extension().is_some_and(|of| of == "json");
+        if let Some(read) = is_json.then(|| MethodResults::read(&path)).transpose()?.flatten() {
+            found.push(read.of(suite).map_err(SuiteError::of(path.display()))?);
         }
     }
     if found.is_empty() {
         let why = without_results(suite, folder);
-        return Err(ResultsError::Other(format!("{}: {why}", folder.display())));
+        return Err(SuiteError::of(folder.display())(why));
     }
     Ok(in_order(found))
 }
@@ -286,14 +250,14 @@ fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {
 /// Takes the results of a study's methods from its folder, one for each output, with the scenarios of the study.
 ///
 /// # Errors
-/// [`ResultsError`].
+/// [`SuiteError`].
 pub fn collect(
     study: &SuiteStudy,
     experiment: &Experiment,
     folder: &Path,
-) -> Result<Vec<(String, Vec<ScenarioResults>)>, ResultsError> {
-    let blocks = BlockFolder::open(folder, experiment)?;
-    let (stored, _) = blocks.list()?;
+) -> Result<Vec<(String, Vec<ScenarioResults>)>, SuiteError> {
+    let blocks = BlockFolder::open(folder, experiment).map_err(SuiteError::new)?;
+    let (stored, _) = blocks.list().map_err(SuiteError::new)?;
     let outputs = experiment.outputs();
     let mut all: Vec<(String, Vec<ScenarioResults>)> = Vec::new();
     for output in &outputs {
@@ -301,7 +265,7 @@ pub fn collect(
         all.push((output.estimator.clone(), empty.collect()));
     }
     for block in &stored {
-        let rows = blocks.read(block)?.rows;
+        let rows = blocks.read(block).map_err(SuiteError::new)?.rows;
         if rows.is_empty() {
             continue;
         }
@@ -311,6 +275,28 @@ pub fn collect(
         }
     }
     Ok(all)
+}
+
+/// The rows of a cell in the order of the trials, each with the errors of the coefficients.
+pub(super) type CellRuns = Vec<(Row, Vec<f64>)>;
+
+/// The runs of each cell of an experiment with one output.
+///
+/// # Errors
+/// If the run fails.
+pub(super) fn runs_of(experiment: &Experiment, runs: u64, threads: usize) -> Result<Vec<CellRuns>, SuiteError> {
+    let mut found = vec![CellRuns::new(); experiment.cells.len()];
+    run::<Infallible>(experiment, runs, threads, &AtomicBool::new(false), |block: Block| {
+        let places = 0..block.rows.trial_count();
+        let all = places.map(|place| (block.rows.row(place, 0), block.rows.parameters(place, 0)));
+        found[block.span.cell].extend(all);
+        Ok(())
+    })
+    .map_err(SuiteError::new)?;
+    for rows in &mut found {
+        rows.sort_by_key(|(row, _)| row.trial);
+    }
+    Ok(found)
 }
 
 impl SuiteStudy {

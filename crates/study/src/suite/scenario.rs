@@ -2,10 +2,12 @@
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{Division, Manifest, StudyEntry, Tier, systems};
+use super::stored::SuiteError;
+use crate::design::file::lists::each_once;
 use crate::design::file::{
-    Axis, ExperimentFile, FileError, InformationOf, Key, MethodTable, Scalar, Store, TrialRule, Unfinished,
+    Axis, ExperimentFile, InformationOf, Key, MethodTable, Scalar, Store, TrialRule, Unfinished,
 };
-use crate::design::{DiscreteCell, Experiment, Measure};
+use crate::design::{Cell, DiscreteCell, Experiment, Measure};
 use crate::files::checksum;
 use asobench_identification::data::{Feedback, NoiseColour, Process, Realisation};
 use asobench_identification::model::Orders;
@@ -21,51 +23,6 @@ use std::collections::BTreeMap;
 const SHORT: usize = 200;
 /// Records whose laws of d of the response are averaged.
 const RECORDS: u64 = 5;
-
-/// Why there is no suite, or no such part of it.
-#[derive(Debug, thiserror::Error)]
-pub enum SuiteError {
-    /// The manifest is wrong.
-    #[error("{0}")]
-    Manifest(String),
-    /// A study of the manifest cannot be made.
-    #[error("{study}: {error}")]
-    Study {
-        /// The study.
-        study: String,
-        /// The fault.
-        error: FileError,
-    },
-    /// A scenario has no Fisher information.
-    #[error("{study}: no Fisher information: {why}")]
-    NoInformation {
-        /// The study.
-        study: String,
-        /// The reason.
-        why: Missing,
-    },
-    /// There is no such system, study or scenario.
-    #[error(transparent)]
-    Unknown(#[from] UnknownName),
-}
-
-impl SuiteError {
-    /// A fault in a study.
-    fn of_study(study: &str) -> impl Fn(FileError) -> Self {
-        move |error| Self::Study {
-            study: study.to_owned(),
-            error,
-        }
-    }
-
-    /// A study whose records have no information.
-    fn without_information(study: &str) -> impl Fn(Missing) -> Self {
-        move |why| Self::NoInformation {
-            study: study.to_owned(),
-            why,
-        }
-    }
-}
 
 /// The experiment of a study, if a method can serve it, and the names of those that cannot, with the reason.
 pub type Made = (Option<Experiment>, Vec<(String, String)>);
@@ -125,8 +82,6 @@ pub struct Scenario {
     /// The efficiency that a method with separate polynomials of plant and noise, `B/F u + C/D e`, cannot exceed on the
     /// first record; 1 where the truth has no common one.
     pub separate: f64,
-    /// Trials in the suite's tier.
-    pub trials: u64,
     /// Whether its efficiency counts up to 1 in a score, so that luck or bias here does not make up for another: from
     /// edition 2.0 on.
     pub is_capped: bool,
@@ -152,9 +107,7 @@ impl Suite {
         tier: Tier,
         only: &[String],
     ) -> Result<Self, SuiteError> {
-        let mut manifest = Manifest::read().map_err(SuiteError::Manifest)?;
-        let current = manifest.current.clone();
-        manifest = manifest.of_edition(edition.unwrap_or(&current))?;
+        let manifest = Manifest::read(edition)?;
         let known = if manifest.has_contests() {
             &[Division::Orders, Division::Structure, Division::Open][..]
         } else {
@@ -164,12 +117,12 @@ impl Suite {
         if !known.contains(&division) {
             let known = known.iter().map(|of| of.name());
             let error = UnknownName::new("contest of this edition", division.name(), known);
-            return Err(error.into());
+            return Err(SuiteError::new(error));
         }
         let mut studies = Vec::new();
         let entries = manifest.studies.iter();
         for entry in entries.filter(|entry| tier.contains(entry.tier)) {
-            studies.push(SuiteStudy::new(&manifest, entry, (division, tier))?);
+            studies.push(SuiteStudy::new(&manifest, entry, division)?);
         }
         if manifest.has_contests() {
             weigh(&mut studies);
@@ -178,7 +131,7 @@ impl Suite {
             let names = |study: &SuiteStudy| study.names();
             if !studies.iter().flat_map(names).any(|name| name == *wanted) {
                 let known = studies.iter().flat_map(names);
-                return Err(UnknownName::new("system or scenario", wanted, known).into());
+                return Err(SuiteError::new(UnknownName::new("system or scenario", wanted, known)));
             }
         }
         if !only.is_empty() {
@@ -201,15 +154,9 @@ impl Suite {
         self.studies.iter().flat_map(|study| &study.scenarios)
     }
 
-    /// Trials of a scenario of a published system.
-    pub fn trials(&self) -> u64 {
-        let all = self.manifest.trials_of(self.tier, false);
-        self.first.map_or(all, |first| first.min(all))
-    }
-
-    /// Trials of a scenario.
-    pub fn trials_of(&self, scenario: &Scenario) -> u64 {
-        let all = scenario.trials;
+    /// Trials of a scenario of a published system, or of a plant of the bank.
+    pub fn trials(&self, is_bank: bool) -> u64 {
+        let all = self.manifest.trials_of(self.tier, is_bank);
         self.first.map_or(all, |first| first.min(all))
     }
 
@@ -220,32 +167,21 @@ impl Suite {
 
     /// The words that say what is hard about some scenario, each once, in the order of their first scenario.
     pub fn difficulties(&self) -> Vec<String> {
-        let mut all: Vec<String> = Vec::new();
-        for word in self.scenarios().flat_map(|scenario| &scenario.hard) {
-            if !all.contains(word) {
-                all.push(word.clone());
-            }
-        }
-        all
+        each_once(self.scenarios().flat_map(|scenario| &scenario.hard).cloned())
     }
 }
 
 impl SuiteStudy {
-    fn new(manifest: &Manifest, entry: &StudyEntry, (division, tier): (Division, Tier)) -> Result<Self, SuiteError> {
-        let name = entry.name();
-        let (wrong, missing) = (SuiteError::of_study(&name), SuiteError::without_information(&name));
-        let file = entry.file();
-        let file = file.ok_or_else(|| UnknownName::new("system", &entry.system, systems()))?;
-        let mut file = file.map_err(&wrong)?;
+    fn new(manifest: &Manifest, entry: &StudyEntry, division: Division) -> Result<Self, SuiteError> {
+        let (name, is_bank, has_contests) = (entry.name(), entry.is_bank(), manifest.has_contests());
+        let missing = SuiteError::of(format!("{name}: no Fisher information"));
+        let mut file = entry.file()?;
         file.settings.extend(entry.settings.clone());
         file.seed = manifest.seed;
-        let contents: Vec<String> = entry.window.iter().map(|window| content(&file, *window)).collect();
-        let windows = entry.window.iter().map(|window| Scalar::Number(*window as f64));
-        file.settings.insert(Key::Window, Axis::Many(windows.collect()));
-        let is_bank = entry.is_bank();
+        let given = file.clone();
+        file.settings.insert(Key::Window, Axis::Many(entry.window.values(true)));
         file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier, is_bank));
         file.store = Store::Trials;
-        let has_contests = manifest.has_contests();
         if has_contests {
             file.information = InformationOf::Record;
             file.noise_from_rest = true;
@@ -256,9 +192,9 @@ impl SuiteStudy {
         }
         file.coverage = !division.is_open();
         file.measures = vec![distance(division), Measure::FreshFit];
-        let experiment = Experiment::new(file.clone()).map_err(&wrong)?;
-        let first = experiment.cells.first().and_then(|cell| cell.discrete());
-        let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
+        let experiment = Experiment::new(file.clone()).map_err(SuiteError::of(&name))?;
+        let cells: Vec<&DiscreteCell> = experiment.cells.iter().filter_map(Cell::discrete).collect();
+        let cell = *cells.first().ok_or_else(|| SuiteError::of(&name)("window: no N"))?;
         let process = &cell.process;
         let has_noisy_input = process.settings().input_noise > 0.0;
         let truth = if has_contests && !has_noisy_input {
@@ -270,33 +206,30 @@ impl SuiteStudy {
         };
         let free = truth.na + truth.nf + truth.nb;
         let mut scenarios = Vec::new();
-        for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
-            let weights = match (division, cell.discrete()) {
-                (Division::Open, Some(cell)) => {
-                    response_weights(cell, has_contests.then_some(file.seed)).map_err(&missing)?
-                }
-                _ => ideal_weights(free),
+        for cell in &cells {
+            let window = cell.window;
+            let weights = if division.is_open() {
+                response_weights(cell, has_contests.then_some(file.seed)).map_err(&missing)?
+            } else {
+                ideal_weights(free)
             };
+            let separate = (has_contests && truth.na > 0).then(|| separate(cell, file.seed));
             scenarios.push(Scenario {
                 name: if is_bank {
                     name.clone()
                 } else {
                     format!("{name}-{window}")
                 },
-                content,
-                window: *window,
+                content: content(&given, window),
+                window,
                 free,
                 weights,
                 is_closed: is_closed(process),
-                hard: hard(entry, process, truth, *window),
+                hard: hard(entry, process, truth, window),
                 is_bank,
                 plant: plant(process),
                 weight: 1.0,
-                separate: match cell.discrete().filter(|_| has_contests && truth.na > 0) {
-                    Some(cell) => separate(cell, file.seed).unwrap_or(1.0),
-                    None => 1.0,
-                },
-                trials: manifest.trials_of(tier, is_bank),
+                separate: separate.flatten().unwrap_or(1.0),
                 is_capped: has_contests,
             });
         }
@@ -308,7 +241,7 @@ impl SuiteStudy {
                     Feedback::Output(law) => serde_json::to_value(law).ok(),
                     _ => None,
                 },
-                shortest: entry.window.iter().copied().min().unwrap_or(0),
+                shortest: cells.iter().map(|cell| cell.window).min().unwrap_or(0),
                 division,
                 has_contests,
                 law: law(process),
@@ -317,7 +250,7 @@ impl SuiteStudy {
             scenarios,
             entry: entry.clone(),
             file,
-            name: entry.name(),
+            name,
         })
     }
 
@@ -361,7 +294,7 @@ impl SuiteStudy {
     /// with the reason.
     ///
     /// # Errors
-    /// [`SuiteError::Study`].
+    /// [`SuiteError`].
     pub fn experiment(&self, competitors: &[Competitor], trials: u64) -> Result<Made, SuiteError> {
         let mut file = self.file.clone();
         file.trials = TrialRule::Fixed(trials);
@@ -380,25 +313,20 @@ impl SuiteStudy {
         if file.methods.is_empty() {
             return Ok((None, declined));
         }
-        let experiment = Experiment::new(file).map_err(SuiteError::of_study(&self.name))?;
+        let experiment = Experiment::new(file).map_err(SuiteError::of(&self.name))?;
         Ok((Some(experiment), declined))
     }
 
     /// Whether the study gives what a method needs: a reference and a controller where there is feedback, a hold where
     /// the system is in continuous time. A method is for such studies alone; any other that it declines is lost.
     pub fn is_for(&self, competitor: &Competitor) -> bool {
-        let needs = competitor.needs();
+        let (needs, told) = (competitor.needs(), &self.told);
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
         // No prediction error method of editions 1 has the structure of a noisy input.
-        let Told {
-            has_contests,
-            has_noisy_input,
-            ..
-        } = self.told;
-        let has_truth = *competitor != Competitor::Ideal || has_contests || !has_noisy_input;
+        let has_truth = *competitor != Competitor::Ideal || told.has_contests || !told.has_noisy_input;
         has_truth
             && (needs.reference.is_none() || is_closed)
-            && (!needs.controller || self.told.controller.is_some())
+            && (!needs.controller || told.controller.is_some())
             && (!needs.hold || self.entry.sampled)
     }
 
@@ -406,18 +334,17 @@ impl SuiteStudy {
     fn method(&self, competitor: &Competitor) -> Result<MethodTable, String> {
         let mut reason = "no table of it can be made".to_owned();
         for table in competitor.tables(&self.told) {
-            let parsed = serde_json::from_value::<MethodTable>(table);
-            let made = parsed.map_err(|error| error.to_string()).and_then(|table| {
+            let made = serde_json::from_value::<MethodTable>(table).map_err(SuiteError::new);
+            let made = made.and_then(|table| {
                 let file = ExperimentFile {
                     methods: vec![table.clone()],
                     ..self.file.clone()
                 };
-                let made = Experiment::new(file).map(|_| table);
-                made.map_err(|error| error.to_string())
+                Experiment::new(file).map(|_| table).map_err(SuiteError::new)
             });
             match made {
                 Ok(table) => return Ok(table),
-                Err(message) => reason = message,
+                Err(error) => reason = error.to_string(),
             }
         }
         Err(reason)
@@ -433,9 +360,22 @@ fn distance(division: Division) -> Measure {
     }
 }
 
-/// The information of a record of a study.
+/// The information of the stationary record of a cell.
 fn information(cell: &DiscreteCell) -> Result<FisherInformation, Missing> {
     FisherInformation::new(&cell.process, cell.eta, cell.window)
+}
+
+/// The information of the record of a trial.
+fn information_of(
+    own: &OwnInformation,
+    cell: &DiscreteCell,
+    seed: u64,
+    trial: u64,
+) -> Result<FisherInformation, Missing> {
+    let mut record = Realisation::default();
+    let (eta, window) = (cell.eta, cell.window);
+    cell.process.realise(seed, trial, eta, window, window, &mut record);
+    own.of(&record.r, record.scale)
 }
 
 /// Returns the weights whose sum of squares of normal numbers is d of an efficient method in the closed division.
@@ -448,39 +388,32 @@ pub fn ideal_weights(free: usize) -> Vec<f64> {
 fn response_weights(cell: &DiscreteCell, of_records: Option<u64>) -> Result<Vec<f64>, Missing> {
     let plant = cell.process.plant().ok_or(Missing::Singular)?;
     let of = |information: &FisherInformation| {
-        let bound = ResponseBound::new(information, plant)?;
-        let mut weights = bound.weights.clone();
+        let mut weights = ResponseBound::new(information, plant)?.weights;
         weights.sort_unstable_by(f64::total_cmp);
         Ok(weights)
     };
     let Some(seed) = of_records else {
         return of(&information(cell)?);
     };
-    let (window, mut record) = (cell.window, Realisation::default());
-    let records = OwnInformation::new(&cell.process, cell.eta, window)?;
+    let own = OwnInformation::new(&cell.process, cell.eta, cell.window)?;
     let mut mean = Vec::new();
     for trial in 0..RECORDS {
-        let process = &cell.process;
-        process.realise(seed, trial, cell.eta, window, window, &mut record);
-        let own = of(&records.of(&record.r, record.scale)?)?;
-        mean.resize(own.len(), 0.0);
+        let weights = of(&information_of(&own, cell, seed, trial)?)?;
+        mean.resize(weights.len(), 0.0);
         mean.iter_mut()
-            .zip(own)
-            .for_each(|(mean, own)| *mean += own / RECORDS as f64);
+            .zip(weights)
+            .for_each(|(mean, weight)| *mean += weight / RECORDS as f64);
     }
     Ok(mean)
 }
 
 /// The typical efficiency at the bound of separate polynomials, on the first record; `None` without such a bound.
 fn separate(cell: &DiscreteCell, seed: u64) -> Option<f64> {
-    let (process, window) = (&cell.process, cell.window);
-    let own = OwnInformation::new(process, cell.eta, window).ok()?;
-    let separate = own.separate()?;
-    let mut record = Realisation::default();
-    process.realise(seed, 0, cell.eta, window, window, &mut record);
-    let of = |of: &OwnInformation| of.of(&record.r, record.scale).ok();
-    let own = of(&own)?;
-    let weights = weights_between(&own, &of(&separate)?)?;
+    let own = OwnInformation::new(&cell.process, cell.eta, cell.window).ok()?;
+    let of_first = |of: &OwnInformation| information_of(of, cell, seed, 0).ok();
+    let separate = of_first(&own.separate()?)?;
+    let own = of_first(&own)?;
+    let weights = weights_between(&own, &separate)?;
     let median = |weights: &[f64]| quantile(weights, 0.5).powi(2);
     Some(median(&ideal_weights(own.free())) / median(&weights))
 }

@@ -1,14 +1,14 @@
 //! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with their weights. d
 //! itself is the `distance` of `FisherInformation` in the crate of identification.
 //!
-//! Scenarios have records of their own settings, so the errors of their numbers are independent. But for [`paired`] and
-//! [`ranks`], nothing here depends on another method.
+//! Scenarios have records of their own settings, so the errors of their numbers are independent. But for [`paired`],
+//! nothing here depends on another method.
 
-use super::IDEAL;
 use super::manifest::VALUES;
 use super::results::{MethodResults, ScenarioResults};
-use super::scenario::{Scenario, Suite};
+use super::scenario::Scenario;
 use crate::files::checksum;
+use asobench_identification::metric::Estimate;
 use asobench_identification::theory::{distribution, quantile};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -19,42 +19,22 @@ const RESAMPLES: usize = 200;
 /// So many standard errors make a difference from the bound certain.
 const CERTAIN: f64 = 4.0;
 
-/// A number with its Monte-Carlo standard error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimated {
-    /// The number.
-    pub value: f64,
-    /// Its standard error.
-    pub error: f64,
-}
-
 /// The score of a method over some scenarios.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
     /// The share of lost runs.
-    pub lost: Estimated,
+    pub lost: Estimate,
     /// For each of [`VALUES`], the quantile of d that the bound has over that of the method: 1 if it is efficient, 0 if
     /// that many runs are not kept; from edition 2.0 on at most 1 in each scenario, and the bank's runs are pooled.
-    pub efficiency: [Estimated; 2],
+    pub efficiency: [Estimate; 2],
     /// The share of 95 % intervals that hold the truth, none in a lost run, over the scenarios in which the method
     /// gives intervals or loses every run; `None` where it never gives any.
-    pub coverage: Option<Estimated>,
+    pub coverage: Option<Estimate>,
     /// The median FIT on fresh data, per cent, 0 where it is below.
-    pub fit: Estimated,
+    pub fit: Estimate,
     /// Whether d is certainly smaller than the bound allows, in some scenario or over all: more runs below the bound's
     /// median than chance has.
     pub is_below: bool,
-}
-
-/// The places of a method by scenario, by plant and by bank.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ranks {
-    /// The method.
-    pub method: String,
-    /// Its typical efficiency, up to 1.
-    pub efficiency: [f64; 3],
-    /// Its place.
-    pub place: [usize; 3],
 }
 
 /// Returns the share of runs of an efficient method with d up to x, scenarios weighted equally.
@@ -64,13 +44,13 @@ pub fn ideal_share<'a>(x: f64, scenarios: impl Iterator<Item = &'a Scenario>) ->
 }
 
 /// Returns the share of runs with d up to x, scenarios weighted equally.
-pub fn share_within<'a>(x: f64, results: impl Iterator<Item = &'a ScenarioResults>) -> Estimated {
+pub fn share_within<'a>(x: f64, results: impl Iterator<Item = &'a ScenarioResults>) -> Estimate {
     let counts = results.map(|of| (of.distances().filter(|d| *d <= x).count(), of.d.len()));
     share(&counts.collect::<Vec<_>>(), std::iter::repeat(1.0))
 }
 
 /// Returns the efficiency in one scenario at a quantile, one of [`VALUES`].
-pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Estimated {
+pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Estimate {
     let ideal = quantile(&scenario.weights, at).powi(2);
     let of = |d: &mut [f64]| {
         let found = sample_quantile(d, at);
@@ -83,7 +63,7 @@ pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Es
 /// Returns the efficiency over plants of the bank at a quantile. Their few runs are pooled: d over the quantile of the
 /// plant's own law has that quantile at 1 if the method is efficient, whatever the plant. The standard error is that of
 /// a bootstrap over plants.
-fn pooled(of: &[(&Scenario, &ScenarioResults)], at: f64) -> Estimated {
+fn pooled(of: &[(&Scenario, &ScenarioResults)], at: f64) -> Estimate {
     let each = of.iter().map(|(scenario, results)| -> Vec<f64> {
         let ideal = quantile(&scenario.weights, at).powi(2);
         results.distances().map(|d| d / ideal).collect()
@@ -100,9 +80,9 @@ fn pooled(of: &[(&Scenario, &ScenarioResults)], at: f64) -> Estimated {
 }
 
 /// The number up to 1, where it counts so; its error stays.
-fn capped(of: &Scenario, number: Estimated) -> Estimated {
+fn capped(of: &Scenario, number: Estimate) -> Estimate {
     let most = if of.is_capped { 1.0 } else { f64::INFINITY };
-    Estimated {
+    Estimate {
         value: number.value.min(most),
         ..number
     }
@@ -119,13 +99,13 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
     let covers = |results: &ScenarioResults| results.intervals > 0 || results.lost_runs() == results.d.len();
     let covered = of.iter().filter(|(_, results)| covers(results));
     let covered = covered.map(|(scenario, results)| (weight(scenario), coverage(results)));
-    let covered: Vec<(f64, Estimated)> = covered.collect();
+    let covered: Vec<(f64, Estimate)> = covered.collect();
     let has_intervals = of.iter().any(|(_, results)| results.intervals > 0);
     let (bank, published): (Vec<_>, Vec<_>) = of.iter().copied().partition(|(of, _)| of.is_bank);
     let efficiencies = VALUES.map(|at| {
         let each = published.iter();
         let each = each.map(|(of, results)| (weight(of), capped(of, efficiency(of, results, at))));
-        let mut each: Vec<(f64, Estimated)> = each.collect();
+        let mut each: Vec<(f64, Estimate)> = each.collect();
         if !bank.is_empty() {
             let whole = bank.iter().map(|(of, _)| weight(of)).sum();
             each.push((whole, capped(bank[0].0, pooled(&bank, at))));
@@ -151,39 +131,6 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
     }
 }
 
-/// The places of the methods that are for every scenario, but for the ideal, by typical efficiency up to 1: over the
-/// published scenarios with equal weights, by plant, and in the bank; the best is 1, and equal ones share a place.
-pub fn ranks(suite: &Suite, methods: &[MethodResults]) -> Vec<Ranks> {
-    let all: Vec<&MethodResults> = methods
-        .iter()
-        .filter(|of| of.method != IDEAL && of.scenarios.iter().all(ScenarioResults::has_runs))
-        .collect();
-    let typical = |is_bank: bool, weight: fn(&Scenario) -> f64| -> Vec<f64> {
-        let each = all.iter().map(|method| {
-            let both = suite.scenarios().zip(&method.scenarios);
-            let both: Vec<_> = both.filter(|(of, _)| of.is_bank == is_bank).collect();
-            if both.is_empty() {
-                0.0
-            } else {
-                score_by(&both, weight).efficiency[0].value.min(1.0)
-            }
-        });
-        each.collect()
-    };
-    let by = [
-        typical(false, |_| 1.0),
-        typical(false, |of| of.weight),
-        typical(true, |of| of.weight),
-    ];
-    let place = |of: &Vec<f64>, own: f64| 1 + of.iter().filter(|other| **other > own).count();
-    let each = all.iter().enumerate().map(|(i, method)| Ranks {
-        method: method.method.clone(),
-        efficiency: [0, 1, 2].map(|by_| by[by_][i]),
-        place: [0, 1, 2].map(|by_| place(&by[by_], by[by_][i])),
-    });
-    each.collect()
-}
-
 /// Shares of the runs in which one method is nearer to the truth than another, scenarios weighted equally. A lost run
 /// is farther than any other; two lost runs, and two equal d, are ties.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -195,46 +142,39 @@ pub struct Paired {
     /// The second is nearer.
     pub loss: f64,
     /// `win - loss`, with its standard error.
-    pub lead: Estimated,
+    pub lead: Estimate,
 }
 
 /// Compares two methods of the same suite in the scenarios that both are for; `None` without any.
 pub fn paired(first: &MethodResults, second: &MethodResults) -> Option<Paired> {
     let both = first.scenarios.iter().zip(&second.scenarios);
-    let both = both.filter(|(a, b)| a.has_runs() && b.has_runs());
-    let each: Vec<[f64; 4]> = both.map(|(a, b)| in_scenario(a, b)).collect();
-    if each.is_empty() {
-        return None;
-    }
+    let each: Vec<Paired> = both.filter_map(|(a, b)| paired_in(a, b)).collect();
     let count = each.len() as f64;
-    let mean = |i: usize| each.iter().map(|of| of[i]).sum::<f64>() / count;
-    let [win, tie, loss] = [0, 1, 2].map(mean);
-    Some(Paired {
+    let mean = |of: fn(&Paired) -> f64| each.iter().map(of).sum::<f64>() / count;
+    let (win, loss) = (mean(|of| of.win), mean(|of| of.loss));
+    let square: f64 = each.iter().map(|of| of.lead.mcse * of.lead.mcse).sum();
+    (!each.is_empty()).then(|| Paired {
         win,
-        tie,
+        tie: mean(|of| of.tie),
         loss,
-        lead: Estimated {
+        lead: Estimate {
             value: win - loss,
-            error: each.iter().map(|of| of[3]).sum::<f64>().sqrt() / count,
+            mcse: square.sqrt() / count,
         },
     })
 }
 
-/// Win, tie, loss, and the squared standard error of win - loss.
-fn in_scenario(a: &ScenarioResults, b: &ScenarioResults) -> [f64; 4] {
-    let mut counts = [0.0; 3];
-    for (a, b) in a.distances().zip(b.distances()) {
-        let place = match a.total_cmp(&b) {
-            Ordering::Less => 0,
-            Ordering::Equal => 1,
-            Ordering::Greater => 2,
-        };
-        counts[place] += 1.0;
-    }
-    let runs: f64 = counts.iter().sum();
-    let [win, tie, loss] = counts.map(|count| count / runs);
-    let variance = (win + loss - (win - loss).powi(2)) / (runs - 1.0).max(1.0);
-    [win, tie, loss, variance]
+/// Compares two methods in one scenario; `None` where one of them has no runs.
+pub fn paired_in(a: &ScenarioResults, b: &ScenarioResults) -> Option<Paired> {
+    let both = a.distances().zip(b.distances());
+    let places: Vec<Ordering> = both.map(|(a, b)| a.total_cmp(&b)).collect();
+    let runs = places.len() as f64;
+    let share = |of: Ordering| places.iter().filter(|place| **place == of).count() as f64 / runs;
+    let [win, tie, loss] = [Ordering::Less, Ordering::Equal, Ordering::Greater].map(share);
+    let value = win - loss;
+    let mcse = ((win + loss - value.powi(2)) / (runs - 1.0).max(1.0)).sqrt();
+    let lead = Estimate { value, mcse };
+    (runs > 0.0).then_some(Paired { win, tie, loss, lead })
 }
 
 /// Whether the number of runs below the bound's median is certainly more than half, in a scenario or over all.
@@ -253,45 +193,49 @@ fn is_below(of: &[(&Scenario, &ScenarioResults)]) -> bool {
 }
 
 /// The share of intervals that hold the truth, over all runs.
-fn coverage(results: &ScenarioResults) -> Estimated {
+fn coverage(results: &ScenarioResults) -> Estimate {
     let intervals = f64::from(results.intervals.max(1));
     let held = results.hits.iter().map(|hits| f64::from(hits.unwrap_or(0)) / intervals);
-    let held: Vec<f64> = held.collect();
-    let (value, count) = (mean(&held), held.len() as f64);
-    let squares: f64 = held.iter().map(|held| (held - value).powi(2)).sum();
-    let error = (squares / (count - 1.0).max(1.0) / count).sqrt();
-    Estimated { value, error }
+    mean_of(&held.collect::<Vec<_>>())
 }
 
 /// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more
 /// makes of it, so that none and all are not certain.
-fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estimated {
+fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estimate {
     let each = counts.iter().map(|(count, runs)| {
         let (value, runs) = (*count as f64 / *runs as f64, *runs as f64);
-        let error = (value * (1.0 - value) / runs).sqrt();
-        Estimated { value, error }
+        let mcse = (value * (1.0 - value) / runs).sqrt();
+        Estimate { value, mcse }
     });
-    let Estimated { value, error } = average(&weights.zip(each).collect::<Vec<_>>());
+    let Estimate { value, mcse } = average(&weights.zip(each).collect::<Vec<_>>());
     let runs: usize = counts.iter().map(|(_, runs)| runs).sum();
-    Estimated {
+    Estimate {
         value,
-        error: error.max(1.0 / (runs + 2) as f64),
+        mcse: mcse.max(1.0 / (runs + 2) as f64),
     }
 }
 
 /// The weighted mean of independent numbers.
-fn average(numbers: &[(f64, Estimated)]) -> Estimated {
+fn average(numbers: &[(f64, Estimate)]) -> Estimate {
     let whole: f64 = numbers.iter().map(|(weight, _)| weight).sum();
     let values = numbers.iter().map(|(weight, of)| weight * of.value);
-    let squares = numbers.iter().map(|(weight, of)| (weight * of.error).powi(2));
-    Estimated {
+    let squares = numbers.iter().map(|(weight, of)| (weight * of.mcse).powi(2));
+    Estimate {
         value: values.sum::<f64>() / whole,
-        error: squares.sum::<f64>().sqrt() / whole,
+        mcse: squares.sum::<f64>().sqrt() / whole,
     }
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The mean of a sample with its standard error, 0 of a single number.
+pub(super) fn mean_of(values: &[f64]) -> Estimate {
+    let (value, count) = (mean(values), values.len() as f64);
+    let squares: f64 = values.iter().map(|x| (x - value).powi(2)).sum();
+    let mcse = (squares / (count - 1.0).max(1.0) / count).sqrt();
+    Estimate { value, mcse }
 }
 
 /// The standard deviation of a sample.
@@ -315,7 +259,7 @@ fn sample_quantile(x: &mut [f64], q: f64) -> f64 {
 }
 
 /// A statistic with its bootstrap standard error. Its random numbers follow from what the scenario is.
-fn bootstrap(content: &str, x: &[f64], statistic: impl Fn(&mut [f64]) -> f64) -> Estimated {
+fn bootstrap(content: &str, x: &[f64], statistic: impl Fn(&mut [f64]) -> f64) -> Estimate {
     let value = statistic(&mut x.to_vec());
     let seed = u64::from_str_radix(&checksum(content.as_bytes())[..16], 16).unwrap_or(0);
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -332,8 +276,8 @@ fn bootstrap(content: &str, x: &[f64], statistic: impl Fn(&mut [f64]) -> f64) ->
     }
     let count = RESAMPLES as f64;
     let variance = (squares - sum * sum / count) / (count - 1.0);
-    Estimated {
+    Estimate {
         value,
-        error: variance.max(0.0).sqrt(),
+        mcse: variance.max(0.0).sqrt(),
     }
 }

@@ -2,16 +2,16 @@
 //! reference in the same round.
 
 use super::manifest;
-use super::results::{ResultsError, parsed, rounded};
+use super::results::rounded;
 use super::scenario::Scenario;
-use super::score::Estimated;
+use super::score::mean_of;
+use super::stored::{Stored, SuiteError};
 use crate::design::Experiment;
-use crate::files;
 use crate::run::trial::Trial;
 use crate::text::visible;
 use asobench_identification::estimator::SetupError;
+use asobench_identification::metric::Estimate;
 use serde::{Deserialize, Serialize};
-use std::time::Duration;
 
 /// The method whose time is the unit.
 pub const REFERENCE: &str = "arx";
@@ -68,9 +68,9 @@ pub struct ScenarioTimes {
 pub fn time(
     scenario: &Scenario,
     (cell, rounds): (usize, u64),
-    methods: &[(String, &Experiment)],
+    methods: &[&Experiment],
 ) -> Result<Vec<ScenarioTimes>, SetupError> {
-    let trials = methods.iter().map(|(_, of)| Trial::new(of, &of.cells[cell]));
+    let trials = methods.iter().map(|of| Trial::new(of, &of.cells[cell]));
     let mut trials: Vec<Trial<'_>> = trials.collect::<Result<_, _>>()?;
     let run = |trial: &mut Trial<'_>, number: u64| -> Result<f64, SetupError> {
         let spent = trial.measure(number, |_, _, _, _| ())?;
@@ -110,43 +110,37 @@ pub fn time(
 
 fn median(mut x: Vec<f64>) -> f64 {
     x.sort_unstable_by(f64::total_cmp);
-    let middle = x.len() / 2;
-    if x.len() % 2 == 1 {
-        x[middle]
-    } else {
-        0.5 * (x[middle - 1] + x[middle])
-    }
+    f64::midpoint(x[(x.len() - 1) / 2], x[x.len() / 2])
 }
 
 impl ScenarioTimes {
     /// The logarithm of the median ratio with its standard error over rounds; infinite if half of the rounds is lost.
-    fn logarithm(&self) -> Estimated {
+    fn logarithm(&self) -> Estimate {
         let logs = self.ratios.iter().map(|of| of.map_or(f64::INFINITY, f64::ln));
         let logs: Vec<f64> = logs.collect();
-        let (count, value) = (logs.len() as f64, median(logs.clone()));
-        let kept: Vec<f64> = logs.into_iter().filter(|log| log.is_finite()).collect();
-        let mean = kept.iter().sum::<f64>() / kept.len() as f64;
-        let square: f64 = kept.iter().map(|log| (log - mean).powi(2)).sum();
-        let error = OF_MEDIAN * (square / (count - 1.0).max(1.0) / count).sqrt();
-        Estimated { value, error }
+        let kept: Vec<f64> = logs.iter().copied().filter(|log| log.is_finite()).collect();
+        Estimate {
+            mcse: OF_MEDIAN * mean_of(&kept).mcse,
+            value: median(logs),
+        }
     }
 }
 
 impl MethodTimes {
     /// The geometric mean over scenarios of the median ratio, with its standard error over rounds; infinite if a run
     /// beyond the limit is typical of a scenario.
-    pub fn typical(&self) -> Estimated {
+    pub fn typical(&self) -> Estimate {
         let each = self.scenarios.iter().map(ScenarioTimes::logarithm);
-        let each: Vec<Estimated> = each.collect();
+        let each: Vec<Estimate> = each.collect();
         let count = each.len() as f64;
         let value = (each.iter().map(|of| of.value).sum::<f64>() / count).exp();
-        let square: f64 = each.iter().map(|of| of.error * of.error).sum();
-        let error = if value.is_finite() {
+        let square: f64 = each.iter().map(|of| of.mcse * of.mcse).sum();
+        let mcse = if value.is_finite() {
             value * square.sqrt() / count
         } else {
             0.0
         };
-        Estimated { value, error }
+        Estimate { value, mcse }
     }
 
     /// The smallest and the largest median ratio of a scenario.
@@ -155,49 +149,31 @@ impl MethodTimes {
         each.fold([f64::INFINITY, 0.0], |[low, high], of| [low.min(of), high.max(of)])
     }
 
-    /// The longest median time of a run.
-    pub fn longest(&self) -> Duration {
-        let longest = self.scenarios.iter().map(|of| of.seconds).fold(0.0, f64::max);
-        Duration::from_secs_f64(longest.min(1e9))
+    /// The longest median time of a run, in seconds.
+    pub fn longest(&self) -> f64 {
+        self.scenarios.iter().map(|of| of.seconds).fold(0.0, f64::max)
+    }
+}
+
+impl Stored for Times {
+    fn fault(&self) -> Option<String> {
+        let mut all = self.methods.iter().flat_map(|of| &of.scenarios);
+        let known = |x: &f64| *x > 0.0 && x.is_finite();
+        let is_sound =
+            |of: &ScenarioTimes| !of.ratios.is_empty() && of.seconds >= 0.0 && of.ratios.iter().flatten().all(known);
+        let of = all.find(|of| !is_sound(of))?;
+        let name = visible(&of.name);
+        Some(format!("scenario {name}: expected times of one round or more"))
     }
 }
 
 impl Times {
-    /// Reads the text of a file and checks its checksum, and that a run could have written it.
-    ///
-    /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        parsed::<Self>(text)?.checked()
-    }
-
-    /// Checks that a run could have written it.
-    pub(super) fn checked(self) -> Result<Self, ResultsError> {
-        let all = self.methods.iter().flat_map(|of| &of.scenarios);
-        let known = |x: f64| x > 0.0 && x.is_finite();
-        let mut unsound =
-            all.filter(|of| of.ratios.is_empty() || of.seconds < 0.0 || !of.ratios.iter().flatten().all(|x| known(*x)));
-        match unsound.next() {
-            Some(of) => Err(ResultsError::Damaged(format!(
-                "scenario {}: expected times of one round or more",
-                visible(&of.name)
-            ))),
-            None => Ok(self),
-        }
-    }
-
-    /// Returns the text of the file, with its checksum.
-    pub fn text(&self) -> String {
-        files::sealed(self)
-    }
-
     /// Those that the program carries.
     ///
     /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn shipped() -> Result<Option<Self>, ResultsError> {
-        let text = manifest::TIMES;
-        (!text.is_empty()).then(|| Self::parse(text)).transpose()
+    /// If they are damaged.
+    pub fn shipped() -> Result<Option<Self>, SuiteError> {
+        Self::carried(manifest::TIMES)
     }
 
     /// The times of a method in some scenarios; `None` if one was not measured.

@@ -72,7 +72,7 @@ impl External {
 
     /// Draws the records of a batch. Returns for each trial its place among the records; `None` if it has none.
     fn draw(&mut self, trials: Range<u64>, records: &mut dyn Records) -> Vec<Option<usize>> {
-        self.batch = Batch::of(self.batch.samples);
+        self.batch.clear();
         let place = trials.map(|trial| {
             let seed = records.seed(trial);
             self.batch.push(trial, seed, records.draw(trial)?);

@@ -128,6 +128,13 @@ impl Batch {
         }
     }
 
+    /// Removes the records; their room stays.
+    pub fn clear(&mut self) {
+        self.trials.clear();
+        self.seeds.clear();
+        [&mut self.u, &mut self.y, &mut self.r].into_iter().for_each(Vec::clear);
+    }
+
     /// Adds a record.
     pub fn push(&mut self, trial: u64, seed: u64, of: Window<'_>) {
         self.trials.push(trial);

@@ -1,7 +1,8 @@
 //! Which columns of a table are the samples' number, the input, the output and the time.
 
-use super::error::{RecordError, listed};
+use super::error::{RecordError, header_names};
 use super::options::ReadOptions;
+use crate::text::listed;
 
 /// The roles of columns: the number of a sample, the input, the output, the time, the reference of a closed loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +97,7 @@ impl Columns {
                     return Err(RecordError::UnknownColumn {
                         line,
                         column: (*cell).to_owned(),
-                        found: listed(header.unwrap_or_default()),
+                        found: header_names(header.unwrap_or_default()),
                     });
                 }
             }
@@ -106,7 +107,7 @@ impl Columns {
                 let Some(header) = header else {
                     return Err(RecordError::NoHeader(line));
                 };
-                return Err(RecordError::MissingColumn(line, role.name(), listed(header)));
+                return Err(RecordError::MissingColumn(line, role.name(), header_names(header)));
             }
         }
         let names = Role::ALL.map(|role| {
@@ -168,13 +169,9 @@ impl Columns {
             (!plain).then(|| format!("{} is column '{name}'{unit}", role.name()))
         });
         let mut words: Vec<String> = words.collect();
-        let shown: Vec<String> = self.unused.iter().take(SHOWN).map(|name| format!("'{name}'")).collect();
-        if !shown.is_empty() {
-            let more = match self.unused.len() - shown.len() {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            words.push(format!("not used: {}{more}", shown.join(", ")));
+        if !self.unused.is_empty() {
+            let unused: Vec<String> = self.unused.iter().map(|name| format!("'{name}'")).collect();
+            words.push(format!("not used: {}", listed(&unused, SHOWN)));
         }
         words
     }
@@ -214,7 +211,7 @@ fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Resu
         _ => Err(RecordError::NotThere {
             line,
             column: column.to_owned(),
-            found: listed(header),
+            found: header_names(header),
         }),
     }
 }

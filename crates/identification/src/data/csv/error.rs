@@ -42,16 +42,16 @@ pub enum RecordError {
         /// The columns of the file.
         found: String,
     },
-    /// Two columns of the header, in this line, have names of one role.
+    /// Two columns have names of one role: the header's line, the role.
     #[error("line {0}: column '{1}' appears twice")]
     RepeatedColumn(u64, &'static str),
-    /// In the header, in this line, a chosen name stands above several columns.
+    /// A chosen name stands above several columns: the header's line, the name.
     #[error("line {0}: several columns are named '{1}'; expected a column's number, from 1")]
     AmbiguousColumn(u64, String),
-    /// One column of the table, with the header in this line, is chosen for u and for y.
+    /// One column is chosen for u and for y: the header's line, the column.
     #[error("line {0}: column '{1}' is chosen as input and as output")]
     SameColumn(u64, String),
-    /// In the header, in this line, column u or y is missing; the columns of the file.
+    /// Column u or y is missing: the header's line, the column, the columns of the file.
     #[error("line {0}: no column '{1}' among {2}")]
     MissingColumn(u64, &'static str, String),
     /// A chosen column is missing.
@@ -194,7 +194,7 @@ pub enum RecordError {
 }
 
 /// Lists the first columns of a header.
-pub(super) fn listed(header: &[&str]) -> String {
+pub(super) fn header_names(header: &[&str]) -> String {
     const SHOWN: usize = 12;
     let names = header
         .iter()

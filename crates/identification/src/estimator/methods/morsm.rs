@@ -270,10 +270,12 @@ impl Filtered {
             {
                 (least, best) = (sum, Some(model.parameters().collect()));
             }
-            if damping.goes_around(*passes, change)
-                && let Some(best) = &best
-            {
-                model.set_parameters(best);
+            if damping.goes_around(*passes, change) {
+                match &best {
+                    Some(best) => model.set_parameters(best),
+                    // There is nothing to begin again at.
+                    None => damping.share *= 2.0,
+                }
             }
             model.write_plant(&mut theta[..plant]);
             theta[of_c.clone()].copy_from_slice(&model.f[1..]);

@@ -28,7 +28,8 @@ impl Cascade {
     /// # Errors
     /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, or
     /// the step or a signal does not fit the horizon. Also if there is a delay and not all steps are equal and a
-    /// whole part of it, or if there would be more than 10^7 steps, 10^6 breakpoints or 4096 different step lengths.
+    /// whole part of it, at most 10^4 to a delay, or if there would be more than 10^7 steps, 10^6 breakpoints or 4096
+    /// different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,

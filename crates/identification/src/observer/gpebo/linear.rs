@@ -38,23 +38,37 @@ pub struct LinearSystem {
     regressor: Mat<f64>,
 }
 
-/// Propagators over one step length, row by row: the base state's, the regressor's, and of each state observer its own
-/// rows.
+/// Propagators over one step length, row by row.
 #[derive(Clone, Debug)]
-pub struct Propagator<R = f64>(Vec<Vec<R>>);
+pub struct Propagator<R = f64> {
+    base: Vec<R>,
+    regressor: Vec<R>,
+    /// Of each state observer its own rows.
+    observers: Vec<Vec<R>>,
+}
 
 impl<R: Real> Propagator<R> {
     /// Returns the same propagators in every lane.
-    pub fn splat(Propagator(of): &Propagator) -> Self {
+    pub fn splat(of: &Propagator) -> Self {
         let splat = |numbers: &Vec<f64>| numbers.iter().map(|x| R::splat(*x)).collect();
-        Self(of.iter().map(splat).collect())
+        Self {
+            base: splat(&of.base),
+            regressor: splat(&of.regressor),
+            observers: of.observers.iter().map(splat).collect(),
+        }
     }
 
     /// Replaces those of some lanes.
-    pub fn set(&mut self, lanes: R::Mask, Propagator(of): &Propagator) {
-        for (to, from) in self.0.iter_mut().flatten().zip(of.iter().flatten()) {
-            *to = R::select(lanes, R::splat(*from), *to);
-        }
+    pub fn set(&mut self, lanes: R::Mask, of: &Propagator) {
+        let set = |(to, from): (&mut Vec<R>, &Vec<f64>)| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = R::select(lanes, R::splat(*from), *to);
+            }
+        };
+        [(&mut self.base, &of.base), (&mut self.regressor, &of.regressor)]
+            .into_iter()
+            .chain(self.observers.iter_mut().zip(&of.observers))
+            .for_each(set);
     }
 }
 
@@ -166,12 +180,15 @@ impl LinearSystem {
             .observers
             .iter()
             .map(|observer| rows(&over(&observer.matrix), size));
-        let others = [&self.base, &self.regressor].map(|m| rows(&over(m), 0)).into_iter();
-        Propagator(others.chain(observers).collect())
+        Propagator {
+            base: rows(&over(&self.base), 0),
+            regressor: rows(&over(&self.regressor), 0),
+            observers: observers.collect(),
+        }
     }
 
     /// Whether propagators and states of one system are those of the other too: they differ at most in their signals'
-    /// lines, phases and amplitudes.
+    /// lines, phases and amplitudes. The starts are the same too.
     pub fn is_like(&self, other: &Self) -> bool {
         self.base == other.base
             && self.observers == other.observers
@@ -289,18 +306,15 @@ impl<R: Real> LinearState<R> {
             scratch,
             regressor,
         } = self;
-        let [of_base, of_regressor, of_observers @ ..] = &by.0[..] else {
-            return;
-        };
         // The observers need the base state at the start of the step.
-        for (observer, by) in observers.iter_mut().zip(of_observers) {
+        for (observer, by) in observers.iter_mut().zip(&by.observers) {
             observer.advance(by, base);
         }
-        multiply(of_base, base, &mut scratch[..size]);
+        multiply(&by.base, base, &mut scratch[..size]);
         base.copy_from_slice(&scratch[..size]);
         for j in 0..n {
             let column = &mut regressor[j * rows..][..rows];
-            multiply(of_regressor, column, &mut scratch[..rows]);
+            multiply(&by.regressor, column, &mut scratch[..rows]);
             column.copy_from_slice(&scratch[..rows]);
         }
     }

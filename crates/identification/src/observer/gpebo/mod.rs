@@ -47,7 +47,7 @@ pub use cascade::Cascade;
 pub use grid::REFINEMENTS;
 pub use halving::{Convergence, Halving, StepError, halve, halve_pack};
 pub use linear::Propagators;
-pub use mixing::Mixer;
+pub(super) use mixing::Mixer;
 pub use operators::Operator;
 pub use proposed::Factor;
 pub use score::{Accuracy, BAND};

@@ -24,7 +24,7 @@ pub struct ScalarEstimator<R = f64> {
     middle: (R, R),
     /// `int Delta^2 dt` so far.
     pub(super) integral: R,
-    /// What has been learnt lately.
+    /// The part that was learnt lately.
     pub(super) window: Window<R>,
 }
 
@@ -119,8 +119,8 @@ impl<R: Real> ScalarEstimator<R> {
         }
     }
 
-    /// Advances one step, given Delta over the step, M at its nodes, and the decay of the estimator before, which serves
-    /// again if its gain is the same.
+    /// Advances one step, given Delta over the step, M at its nodes, and the decay of the estimator before, which
+    /// serves again if its gain is the same.
     #[inline(always)]
     pub fn step_with(&mut self, excited: &Excited<R>, mixed: &Nodes<R>, known: &mut Option<Decay<R>>) {
         let Decay { factor, phi, .. } = match known {

@@ -239,7 +239,8 @@ pub(super) fn check(
     let steps = horizon / scenario.step + breakpoints + 1.0;
     if !(breakpoints <= LARGEST_BREAKPOINTS) {
         return Err(CascadeError::Setting(format!(
-            "the signals have about {breakpoints:.1e} switches and samples; at most {LARGEST_BREAKPOINTS:.0e} are allowed"
+            "the signals have about {breakpoints:.1e} switches and samples; at most {LARGEST_BREAKPOINTS:.0e} are \
+             allowed"
         )));
     }
     if !(steps <= LARGEST_STEPS) {

@@ -158,16 +158,17 @@ impl<R: Real> StateEstimate<R> {
             let sum = add_product(R::zero(), &row[..size], base);
             self.after[i] = add_product(sum, &row[size..], &self.before);
         }
-        self.x.copy_from_slice(&self.after[own - n..]);
-        if is_filter {
-            for i in 0..n {
-                // The sum of nothing is -0.
-                let mut sum = R::splat(-0.0);
-                for j in 0..n {
-                    sum = sum + self.p[j * n + i] * self.after[j];
-                }
-                self.x[i] = self.x[i] - sum;
+        if !is_filter {
+            self.x.copy_from_slice(&self.after[own - n..]);
+            return;
+        }
+        for i in 0..n {
+            // The sum of nothing is -0.
+            let mut sum = R::splat(-0.0);
+            for j in 0..n {
+                sum = sum + self.p[j * n + i] * self.after[j];
             }
+            self.x[i] = self.after[own - n + i] - sum;
         }
     }
 

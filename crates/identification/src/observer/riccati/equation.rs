@@ -34,19 +34,19 @@ pub enum RiccatiError {
     /// A covariance is not symmetric.
     #[error("{0} is not symmetric")]
     NotSymmetric(&'static str),
-    /// A covariance has a negative eigenvalue.
+    /// A covariance has a negative eigenvalue: its name, its smallest eigenvalue.
     #[error("{0} is not positive semidefinite: it has the eigenvalue {1:e}")]
     Indefinite(&'static str, f64),
-    /// No gain was found that makes the filter strictly stable. Of a discrete one it holds 1 minus the largest modulus of
-    /// a pole, of a continuous one minus the largest real part, divided by the largest modulus.
+    /// No gain was found that makes the filter strictly stable. Of a discrete one it holds 1 minus the largest modulus
+    /// of a pole, of a continuous one minus the largest real part, divided by the largest modulus.
     #[error(
         "no stabilising solution: the filter's slowest pole is {0:e} inside the stability \
          boundary, but more than {MARGIN:e} is required; a mode of the plant on or outside the \
          boundary is not observable in y, or one on it is not driven by the process noise"
     )]
     NotStabilising(f64),
-    /// The iteration overflowed or stopped short of the required accuracy. Holds the best relative residual; infinite on
-    /// overflow.
+    /// The iteration overflowed or stopped short of the required accuracy. Holds the best relative residual; infinite
+    /// on overflow.
     #[error("no convergence: the relative residual is {0:e}")]
     NoConvergence(f64),
     /// F of a Lyapunov equation has an eigenvalue on or outside the unit circle.

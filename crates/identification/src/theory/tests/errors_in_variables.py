@@ -1,5 +1,5 @@
 """The information of a record whose input is measured with noise, in time: `1/2 tr(S^-1 S_i S^-1 S_j)` with S the covariance
-of all samples of (u, y) and S_i its central differences. That of N samples more is the difference of two records.
+of all samples of (u, y) and S_i its central differences. The information of N samples more is the difference of two records.
 
     python3 crates/identification/src/theory/tests/errors_in_variables.py
 """

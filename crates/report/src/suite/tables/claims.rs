@@ -1,7 +1,7 @@
 //! Sentences on which method to use when, where the results are certain.
 
 use super::{Group, NOISES, Tables, efficient};
-use asobench_study::suite::{MethodResults, paired};
+use asobench_study::suite::{MethodResults, paired_in};
 use std::collections::BTreeSet;
 
 /// So many standard errors make a difference of two methods certain.
@@ -58,13 +58,9 @@ impl Tables<'_> {
 /// second one, less in how many it is farther, in standard errors of equal methods (McNemar's, by scenario), so that a
 /// few runs are not certain.
 fn lead(first: &MethodResults, second: &MethodResults, members: &BTreeSet<usize>) -> f64 {
-    let alone = |of: &MethodResults, i: usize| MethodResults {
-        scenarios: vec![of.scenarios[i].clone()],
-        ..MethodResults::default()
-    };
     let (mut sum, mut square) = (0.0, 0.0);
     for i in members.iter().copied() {
-        if let Some(found) = paired(&alone(first, i), &alone(second, i)) {
+        if let Some(found) = paired_in(&first.scenarios[i], &second.scenarios[i]) {
             sum += found.win - found.loss;
             square += (found.win + found.loss) / first.scenarios[i].d.len() as f64;
         }

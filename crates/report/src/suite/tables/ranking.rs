@@ -3,7 +3,7 @@
 use super::{SuiteTable, Tables, beside, cell, count, efficient, headed, none, percent};
 use crate::document::columns::Columns;
 use crate::table::{CellText, Column};
-use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, Times, ranks, score};
+use asobench_study::suite::{Division, IDEAL, MethodResults, Scenario, ScenarioResults, Score, Times, score, score_by};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -61,15 +61,38 @@ impl Tables<'_> {
         if !suite.scenarios().any(|of| of.is_bank) {
             return None;
         }
-        let mut all = ranks(suite, self.of.methods);
-        all.sort_by_key(|of| of.place[1]);
-        let mut columns = Columns::new(all.iter()).with(Column::text("method").width(15), |of| &of.method);
-        for (i, by) in ["scenario", "plant", "bank"].into_iter().enumerate() {
+        let is_for_all = |of: &&MethodResults| of.method != IDEAL && of.scenarios.iter().all(ScenarioResults::has_runs);
+        let all: Vec<&MethodResults> = self.of.methods.iter().filter(is_for_all).collect();
+        let typical = |is_bank: bool, weight: fn(&Scenario) -> f64| -> Vec<f64> {
+            let of_method = |method: &&MethodResults| {
+                let both = suite.scenarios().zip(&method.scenarios);
+                let both: Vec<_> = both.filter(|(of, _)| of.is_bank == is_bank).collect();
+                if both.is_empty() {
+                    0.0
+                } else {
+                    score_by(&both, weight).efficiency[0].value.min(1.0)
+                }
+            };
+            all.iter().map(of_method).collect()
+        };
+        let by = [
+            ("by scenario", typical(false, |_| 1.0)),
+            ("by plant", typical(false, |of| of.weight)),
+            ("by bank", typical(true, |of| of.weight)),
+        ];
+        // The best is 1, and equal ones share a place.
+        let place = |of: &[f64], i: usize| 1 + of.iter().filter(|other| **other > of[i]).count();
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|i| place(&by[1].1, *i));
+        let mut columns = Columns::new(order.into_iter()).with(Column::text("method").width(15), |i| &all[*i].method);
+        for (title, efficiency) in &by {
             columns = columns
-                .with(Column::number(format!("by {by}"), "").width(11), move |of| {
-                    CellText::number(format!("{:.2}", of.efficiency[i]), of.efficiency[i])
+                .with(Column::number(*title, "").width(11), |i| {
+                    CellText::number(format!("{:.2}", efficiency[*i]), efficiency[*i])
                 })
-                .with(Column::number("place", "").width(5), move |of| count(of.place[i]));
+                .with(Column::number("place", "").width(5), move |i| {
+                    count(place(efficiency, *i))
+                });
         }
         let table = columns.whole(
             "Median relative efficiency, and the place by it, of the methods that are for every scenario: published \

@@ -3,7 +3,7 @@
 use super::{NOISES, SuiteTable, Tables, cell, count, efficient, headed, noise_model, none};
 use crate::document::columns::Columns;
 use crate::table::{CellText, Column};
-use asobench_study::suite::{IDEAL, Law, RecordedFits, Scenario, SuiteStudy, VALUES, efficiency};
+use asobench_study::suite::{IDEAL, RecordedFits, Scenario, SuiteStudy, VALUES, efficiency};
 use asobench_study::text::grouped;
 
 /// Methods beside each other in a table of scenarios.
@@ -45,7 +45,7 @@ impl Tables<'_> {
                 law(of.2).map_or_else(none, |law| cell(law.mean(), 1.0))
             })
             .with(Column::text("law of d").width(13), |of| {
-                law(of.2).map_or("-", Law::verdict)
+                law(of.2).map_or("-", |law| law.verdict().name())
             })
             .with(Column::text("what is hard").width(20), |of| {
                 let words = of.2.hard.iter().map(String::as_str);

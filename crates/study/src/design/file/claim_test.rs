@@ -100,8 +100,11 @@ impl TestKind {
     pub fn is_share(&self) -> bool {
         match self {
             Self::Outcome(_) | Self::Bound(_) | Self::Wins { .. } => true,
-            Self::Coefficient { statistic, .. } => *statistic != CoefficientStatistic::Bias,
-            _ => false,
+            Self::Coefficient { statistic, .. } => match statistic {
+                CoefficientStatistic::Coverage | CoefficientStatistic::ShareAbove => true,
+                CoefficientStatistic::Bias => false,
+            },
+            Self::Value { .. } | Self::Ratio { .. } | Self::Cells { .. } | Self::Slope(_) | Self::Time { .. } => false,
         }
     }
 

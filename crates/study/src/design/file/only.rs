@@ -1,10 +1,9 @@
 //! A part of a file: some of its methods, and what can be said of them alone.
 
 use crate::design::file::{Axis, ClaimTable, ExperimentFile, FileError, MethodTable, StudyKind, wrong};
-use crate::text::folded;
+use crate::text::{folded, listed};
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
-use std::borrow::Borrow;
 use std::collections::BTreeSet;
 
 impl ExperimentFile {
@@ -66,7 +65,7 @@ impl ExperimentFile {
                 return true;
             }
             if named.iter().any(|name| kept.contains(name.as_str())) {
-                let others = listed(&gone);
+                let others = listed(&gone, NAMES);
                 left_out.push(format!("claim {}, which compares with {others}", claim.id));
             } else {
                 of_others.push(claim.id.clone());
@@ -76,7 +75,7 @@ impl ExperimentFile {
         match of_others.as_slice() {
             [] => {}
             [one] => left_out.push(format!("claim {one} of another method")),
-            several => left_out.push(format!("claims {} of other methods", listed(several))),
+            several => left_out.push(format!("claims {} of other methods", listed(several, NAMES))),
         }
         let mut of_table = of_observer.iter();
         self.observers.retain(|_| of_table.next().is_some_and(|of| wanted(of)));
@@ -133,15 +132,6 @@ impl MethodTable {
 /// Names that a list spells out.
 const NAMES: usize = 3;
 
-/// "a, b, c and 4 more".
-fn listed<S: Borrow<str>>(names: &[S]) -> String {
-    let first = names[..names.len().min(NAMES)].join(", ");
-    match names.len().saturating_sub(NAMES) {
-        0 => first,
-        more => format!("{first} and {more} more"),
-    }
-}
-
 /// The outputs and methods that the tests of a claim name, and other texts.
 fn names_of(claim: &ClaimTable) -> impl Iterator<Item = String> {
     let tests = claim.test.iter().chain(&claim.given);
@@ -182,8 +172,6 @@ mod tests {
                 "claim A of another method"
             ]
         );
-        let many = ["a", "b", "c", "d", "e"];
-        assert_eq!([listed(&many), listed(&many[..3])], ["a, b, c and 2 more", "a, b, c"]);
         let (file, left_out) = only(&["ls", "iv"]).unwrap();
         assert_eq!((file.methods.len(), file.claims.len(), left_out.len()), (2, 2, 0));
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::outcome::layout::span_of;
+use crate::outcome::folder_layout::span_of;
 use crate::outcome::publication::WHOLE;
 use crate::outcome::stored_results::read_results;
 use std::fs;

@@ -4,10 +4,10 @@ use super::{ADDED, Change, Source, place_of_ratio, remove_added};
 use crate::design::file::{JointTable, Store};
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
-use crate::outcome::layout::{BLOCKS, DESIGN, span_of};
+use crate::outcome::folder_layout::{BLOCKS, DESIGN, span_of};
 use crate::outcome::tally::CellTally;
 use crate::outcome::trials::Trials;
-use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockError, BlockFolder, StoredBlock};
 use crate::run::event::CampaignError;
 use crate::run::runner::{Block, Span};
 use asobench_identification::metric::Paired;
@@ -73,6 +73,11 @@ impl Change<'_> {
             Source::Old(at) => (before, *at),
             Source::Added(at) => (&added, *at),
         };
+        // The new methods' trials are not there: their blocks were damaged, or removed.
+        let is_added = |source: &Source| matches!(source, Source::Added(_));
+        if added.tally.outputs.is_empty() && self.sources.iter().any(is_added) {
+            return None;
+        }
         let curves = self.new.file.curves.then(|| {
             let of = |at: usize| from(&self.sources[at]).0.tally.curves.as_ref();
             Some(Curves::of_ends(of(0)?, of(self.sources.len() - 1)?))

@@ -5,7 +5,7 @@ use crate::design::file::{Engine, Store};
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockError, BlockFolder, StoredBlock};
 use crate::run::cluster::ClusterError;
 use crate::run::cluster::collect::{Collection, Process, RUN, Run};
 use crate::run::cluster::shard_plan::ShardPlan;

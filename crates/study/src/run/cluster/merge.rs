@@ -7,7 +7,7 @@ use crate::files;
 use crate::files::Kind;
 use crate::outcome::looks::Looks;
 use crate::outcome::summary::Summary;
-use crate::run::blocks::{BlockFolder, StoredBlock};
+use crate::run::block_file::{BlockFolder, StoredBlock};
 use crate::run::campaign::{Campaign, Origin, RunOptions};
 use crate::run::cluster::ClusterError;
 use crate::run::cluster::collect::Collection;

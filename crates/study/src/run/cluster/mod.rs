@@ -12,7 +12,7 @@
 //! twice, at the same time or by different plans of one design: any blocks that cover all trials give the same results.
 
 use crate::files::PathError;
-use crate::run::blocks::BlockError;
+use crate::run::block_file::BlockError;
 use crate::run::event::CampaignError;
 use crate::run::runner::RunError;
 use std::path::PathBuf;

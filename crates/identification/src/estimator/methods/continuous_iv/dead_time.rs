@@ -65,4 +65,5 @@ impl std::fmt::Display for DeadTime {
     }
 }
 
+// A number is one of seconds.
 text_in_files!(DeadTime, text_or_number, ["string", "number"]);

@@ -34,7 +34,7 @@ pub struct SquareRoot {
     equilibration: Equilibration,
 }
 
-/// Rotates an equation into the rows of `[R z]`; what is left of it is its residual.
+/// Rotates an equation into the rows of `[R z]`; the rest of it is its residual.
 #[inline(always)]
 fn rotate_in(r: &mut [f64], equation: &mut [f64]) {
     let width = equation.len();

@@ -1,6 +1,6 @@
 //! One record in every dialect: its numbers, or a refusal that says what is ambiguous.
 
-use super::{Missing, ReadOptions, Table, read_table};
+use crate::data::csv::{Missing, ReadOptions, Table, read_table};
 use proptest::prelude::*;
 use proptest::sample::select;
 
@@ -257,7 +257,7 @@ impl Dialect {
     }
 
     /// The numbers of the record, or a refusal for a reason that this dialect has.
-    fn check(&self, read: &Result<Table, super::RecordError>, kept: bool) {
+    fn check(&self, read: &Result<Table, crate::data::csv::RecordError>, kept: bool) {
         let expected =
             |column: usize| -> Vec<f64> { (0..40).map(|k| sample(column, k, self.scale, self.digits)).collect() };
         // Nothing in the table tells these.

@@ -13,7 +13,6 @@ use std::ops::Range;
 /// Buffers to run trials of one cell, a pack at a time.
 pub struct PackTrial<'e> {
     pack: Box<dyn Pack + 'e>,
-    order: usize,
     /// e_x(k) of the first and the last output.
     curves: [Waiting; 2],
     /// e_x(k) of a pack.
@@ -28,7 +27,6 @@ impl<'e> Plan<'e> {
     pub fn pack(self, isa: Isa) -> PackTrial<'e> {
         let curve = if self.0.wanted.curves { self.0.horizon } else { 0 };
         PackTrial {
-            order: self.0.order,
             pack: self.0.pack(isa),
             curves: [(); 2].map(|()| Waiting::new(curve)),
             errors: Vec::new(),
@@ -115,8 +113,7 @@ impl PackTrial<'_> {
             for (column, &measure) in values.iter_mut().zip(kept) {
                 column.extend_from_slice(&value(output, measure)[..count]);
             }
-            let coefficients = parameters.chunks_mut(self.order).take(2).flatten();
-            for (column, errors) in coefficients.zip(&output.coefficients) {
+            for (column, errors) in parameters.iter_mut().zip(&output.coefficients) {
                 column.extend_from_slice(&errors[..count]);
             }
         }

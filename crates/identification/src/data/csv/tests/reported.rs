@@ -1,6 +1,6 @@
 //! Files as people reported them, each with variants: the record, or a refusal that leads on.
 
-use super::{ReadOptions, RecordError, Table, read_table};
+use crate::data::csv::{ReadOptions, RecordError, Table, read_table};
 
 /// Sample k of the input: from -2,400 to 2,400.
 fn u(k: usize) -> i64 {
@@ -257,7 +257,7 @@ fn layouts() {
 /// One column of a table, such as the input of a study.
 #[test]
 fn a_column_has_the_same_rules() {
-    let column = |text: &str, name: &str| super::read_column(text.as_bytes(), name);
+    let column = |text: &str, name: &str| crate::data::csv::read_column(text.as_bytes(), name);
     let text = table("t,u,y\ns,V,bar\n", |k| {
         format!("2025-03-01 10:00:{k:02},{},{}", u(k), y(k))
     });

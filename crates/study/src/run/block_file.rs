@@ -14,7 +14,7 @@ use crate::design::file::{Store, TRIAL_LIMIT};
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::outcome::layout::{BLOCKS, span_of};
+use crate::outcome::folder_layout::{BLOCKS, span_of};
 use crate::outcome::rows;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::Spent;
@@ -28,7 +28,7 @@ const MAGIC: &[u8; 8] = b"asobench";
 /// The format of block files.
 const FORMAT: u32 = 6;
 const HEAD: usize = 8 + 4 + 16 + 4 + 8 + 8;
-const LENGTH: usize = 8;
+pub(crate) const LENGTH: usize = 8;
 const CHECKSUM: usize = 16;
 
 /// Why a block file cannot be used.

@@ -1,0 +1,4 @@
+//! Whole files: as people reported them, and in every dialect.
+
+mod dialects;
+mod reported;
