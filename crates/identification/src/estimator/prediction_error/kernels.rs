@@ -92,19 +92,13 @@ pub(in crate::estimator) fn divide_each<const K: usize>(d: &[f64], x: [&mut [f64
         let length = x.iter().map(|x| x.len()).min().unwrap_or(0);
         let mut x = x.map(|x| &mut x[..length]);
         for k in 0..length {
-            let mut values = [0.0; K];
-            for (value, x) in values.iter_mut().zip(&x) {
-                *value = x[k];
-            }
+            let mut values: [f64; K] = std::array::from_fn(|j| x[j][k]);
             for i in (0..N).rev() {
                 for (value, past) in values.iter_mut().zip(past[i]) {
                     *value = minus[i].mul_add(past, *value);
                 }
             }
-            for i in (1..N).rev() {
-                past[i] = past[i - 1];
-            }
-            past[0] = values;
+            past = std::array::from_fn(|i| if i == 0 { values } else { past[i - 1] });
             for (x, value) in x.iter_mut().zip(values) {
                 x[k] = value;
             }

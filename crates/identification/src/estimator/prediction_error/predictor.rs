@@ -136,8 +136,8 @@ pub(super) struct Predictor {
     scaled: Vec<f64>,
     pub(super) psi: Triangle,
     normal: System,
-    /// The signals of the second derivatives.
-    seconds: Vec<Vec<f64>>,
+    /// e divided by C, by F and by both, back in time.
+    divided: [Vec<f64>; 3],
     equilibration: Equilibration,
     column: Vec<f64>,
     influence: Influence,
@@ -174,7 +174,7 @@ impl Predictor {
             scaled: Vec::new(),
             psi: Triangle::new(n),
             normal: System::default(),
-            seconds: Vec::new(),
+            divided: Default::default(),
             equilibration: Equilibration::new(n, n),
             column: vec![0.0; n],
             influence: Influence::default(),
