@@ -84,17 +84,45 @@ impl Sampled {
         }
     }
 
-    /// Goes from one sample to the next; `scratch` has room for the states.
-    pub(crate) fn step(&self, v: [f64; 2], x: &mut [f64], scratch: &mut [f64]) {
-        for (i, to) in scratch.iter_mut().enumerate() {
-            *to = self.now[i].mul_add(v[0], self.next[i] * v[1]);
-        }
-        for (j, x) in x.iter().enumerate() {
-            for (to, e) in scratch.iter_mut().zip(self.transition.col(j).iter()) {
-                *to = e.mul_add(*x, *to);
+    /// Computes the states of the next sample. It is quick inside [`crate::real::with_fma`].
+    #[inline(always)]
+    pub(crate) fn step(&self, v: [f64; 2], from: &[f64], to: &mut [f64]) {
+        match to.len() {
+            1 => self.step_of::<1>(v, from, to),
+            2 => self.step_of::<2>(v, from, to),
+            3 => self.step_of::<3>(v, from, to),
+            4 => self.step_of::<4>(v, from, to),
+            6 => self.step_of::<6>(v, from, to),
+            _ => {
+                self.begin_step(v, to);
+                for (j, x) in from.iter().enumerate() {
+                    for (to, e) in to.iter_mut().zip(self.transition.col_as_slice(j)) {
+                        *to = e.mul_add(*x, *to);
+                    }
+                }
             }
         }
-        x.copy_from_slice(scratch);
+    }
+
+    #[inline(always)]
+    fn begin_step(&self, v: [f64; 2], to: &mut [f64]) {
+        for ((to, now), next) in to.iter_mut().zip(&self.now).zip(&self.next) {
+            *to = now.mul_add(v[0], next * v[1]);
+        }
+    }
+
+    /// The same in registers.
+    #[inline(always)]
+    fn step_of<const N: usize>(&self, v: [f64; 2], from: &[f64], to: &mut [f64]) {
+        let mut sums = [0.0; N];
+        self.begin_step(v, &mut sums);
+        for (j, x) in from[..N].iter().enumerate() {
+            let column = &self.transition.col_as_slice(j)[..N];
+            for i in 0..N {
+                sums[i] = column[i].mul_add(*x, sums[i]);
+            }
+        }
+        to.copy_from_slice(&sums);
     }
 }
 

@@ -219,7 +219,7 @@ impl ContinuousIv {
         input.iter_mut().take(1).for_each(|g| *g = 1.0);
         let of_y = Sampled::new(controller_form(&f).as_ref(), &input, Hold::First);
         let w = &self.w[..];
-        run(&of_y, None, [w, w], &mut self.scratch, |k, x| {
+        run(&of_y, None, [w, w], |k, x| {
             for (column, x) in columns.iter_mut().zip(x) {
                 column[k] = *x;
             }
@@ -233,7 +233,7 @@ impl ContinuousIv {
         let rate = row_times_form(&c, &a);
         let is_joint = self.joint.is_some();
         let way = of_u.way.as_ref();
-        run(&of_u.system, way, [u, next], &mut self.scratch, |k, states| {
+        run(&of_u.system, way, [u, next], |k, states| {
             let v = weight * u[k] + of_next * next[k];
             let mut x = 0.0;
             for (i, b) in b.iter().enumerate() {
@@ -242,7 +242,7 @@ impl ContinuousIv {
                 x += b * value;
             }
             for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                column[k] = x / of_u.unit;
+                column[k] = x * of_u.factor;
             }
             w[k] -= x;
             if is_joint && let Some(column) = others.last_mut() {
@@ -257,9 +257,9 @@ impl ContinuousIv {
             return;
         }
         let (v, columns) = (&self.v, &mut self.columns);
-        run(&of_u.system, None, [v, v], &mut self.scratch, |k, states| {
+        run(&of_u.system, None, [v, v], |k, states| {
             for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                column[k] = x / of_u.unit;
+                column[k] = x * of_u.factor;
             }
             for (i, column) in columns[2 * nf + nb + 1..].iter_mut().enumerate() {
                 column[k] = power(i, nb, &a, v[k], states);
@@ -272,19 +272,21 @@ impl ContinuousIv {
         let (n, own) = (a.len(), f.len() + self.structure.orders.nb);
         let start = &self.theta[own..own + n];
         let of_impulse = Cascade::new(start, a, f, Hold::Zero, None);
-        let mut x = vec![0.0; n + f.len()];
+        let [mut x, mut later] = [(); 2].map(|()| vec![0.0; n + f.len()]);
         x[0] = 1.0;
-        for k in 0..self.w.len() {
-            for (i, number) in start.iter().enumerate() {
-                self.others[i][k] = x[i];
-                self.w[k] -= number * x[i];
+        with_fma!(|| {
+            for k in 0..self.w.len() {
+                for (i, number) in start.iter().enumerate() {
+                    self.others[i][k] = x[i];
+                    self.w[k] -= number * x[i];
+                }
+                for (column, x) in self.columns[own + 1..].iter_mut().zip(&x[n..]) {
+                    column[k] += x * of_impulse.factor;
+                }
+                of_impulse.system.step([0.0; 2], &x, &mut later);
+                std::mem::swap(&mut x, &mut later);
             }
-            for (column, x) in self.columns[own + 1..].iter_mut().zip(&x[n..]) {
-                column[k] += x / of_impulse.unit;
-            }
-            let scratch = &mut self.scratch[..n + f.len()];
-            of_impulse.system.step([0.0; 2], &mut x, scratch);
-        }
+        });
     }
 
     /// Filters all columns by D/C.

@@ -284,19 +284,21 @@ pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: imp
     let mut block = vec![[0.0; TOGETHER]; n];
     for first in (0..n).step_by(TOGETHER) {
         let end = n.min(first + TOGETHER);
-        for i in (0..end).rev() {
-            let mut sums = [0.0; TOGETHER];
-            for (r, row) in rows[i * n..][i + 1..end].iter().zip(&block[i + 1..]) {
-                sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += r * x);
+        with_fma!(|| {
+            for i in (0..end).rev() {
+                let mut sums = [0.0; TOGETHER];
+                for (r, row) in rows[i * n..][i + 1..end].iter().zip(&block[i + 1..]) {
+                    sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += r * x);
+                }
+                for (j, (x, sum)) in (first..).zip(block[i].iter_mut().zip(sums)) {
+                    *x = match i {
+                        _ if i < j => -sum / r[(i, i)],
+                        _ if i == j => 1.0 / r[(i, i)],
+                        _ => 0.0,
+                    };
+                }
             }
-            for (j, (x, sum)) in (first..).zip(block[i].iter_mut().zip(sums)) {
-                *x = match i {
-                    _ if i < j => -sum / r[(i, i)],
-                    _ if i == j => 1.0 / r[(i, i)],
-                    _ => 0.0,
-                };
-            }
-        }
+        });
         for j in first..end {
             for (x, row) in scratch[..=j].iter_mut().zip(&block) {
                 *x = row[j - first];

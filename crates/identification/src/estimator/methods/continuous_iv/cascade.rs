@@ -9,8 +9,8 @@ pub(super) struct Cascade {
     pub(super) system: Sampled,
     /// The same over a share of the time between samples.
     pub(super) way: Option<Sampled>,
-    /// The filter's states are in this unit, a power of two: an exponential would round in that of the numerator.
-    pub(super) unit: f64,
+    /// The filter's states times this, a power of two, are in the numerator's unit, in which an exponential would round.
+    pub(super) factor: f64,
 }
 
 impl Cascade {
@@ -34,7 +34,7 @@ impl Cascade {
         Self {
             way: share.map(|share| Sampled::over(share, both.as_ref(), &input, hold)),
             system: Sampled::new(both.as_ref(), &input, hold),
-            unit,
+            factor: 1.0 / unit,
         }
     }
 }
@@ -65,23 +65,22 @@ pub(super) fn run(
     system: &Sampled,
     way: Option<&Sampled>,
     [v, next]: [&[f64]; 2],
-    scratch: &mut [f64],
     mut tell: impl FnMut(usize, &[f64]),
 ) {
-    let n = system.now.len();
-    let (mut x, mut seen) = (vec![0.0; n], vec![0.0; n]);
-    for k in 0..v.len() {
-        if k == 0 {
-            system.start(v[0], &mut x);
-        } else {
-            system.step([v[k - 1], v[k]], &mut x, &mut scratch[..n]);
+    let [mut x, mut later, mut seen] = [(); 3].map(|()| vec![0.0; system.now.len()]);
+    system.start(v[0], &mut x);
+    with_fma!(|| {
+        for k in 0..v.len() {
+            if k > 0 {
+                system.step([v[k - 1], v[k]], &x, &mut later);
+                std::mem::swap(&mut x, &mut later);
+            }
+            let Some(way) = way else {
+                tell(k, &x);
+                continue;
+            };
+            way.step([v[k], next[k]], &x, &mut seen);
+            tell(k, &seen);
         }
-        let Some(way) = way else {
-            tell(k, &x);
-            continue;
-        };
-        seen.copy_from_slice(&x);
-        way.step([v[k], next[k]], &mut seen, &mut scratch[..n]);
-        tell(k, &seen);
-    }
+    });
 }

@@ -111,18 +111,28 @@ impl Bidiagonal {
         let root = mu.sqrt();
         // The row below that is being eliminated: its entry, and its right-hand side.
         let (mut below, mut right) = (root, 0.0);
-        let (mut logarithm, mut cost) = (0.0, rest);
-        for (k, (d, z)) in self.diagonal.iter().zip(&self.z).enumerate() {
-            let size = d.hypot(below);
-            let (cosine, sine) = (d / size, below / size);
-            logarithm += 2.0 * size.ln() - mu.ln();
-            right = cosine * right - sine * z;
-            let fill = -sine * self.above.get(k).copied().unwrap_or(0.0);
-            below = fill.hypot(root);
-            let left = root / below * right;
-            cost += left * left;
-            right *= fill / below;
-        }
+        // The determinant, at most 10^224 of it not yet in its logarithm: no factor is below 1 or above 10^24.
+        let (mut logarithm, mut product) = (0.0, 1.0);
+        let mut cost = rest;
+        with_fma!(|| {
+            for (k, (d, z)) in self.diagonal.iter().zip(&self.z).enumerate() {
+                let square = d.mul_add(*d, below * below);
+                let size = square.sqrt();
+                let (cosine, sine) = (d / size, below / size);
+                product *= square / mu;
+                if product > 1e200 {
+                    logarithm += product.ln();
+                    product = 1.0;
+                }
+                right = cosine * right - sine * z;
+                let fill = -sine * self.above.get(k).copied().unwrap_or(0.0);
+                below = fill.mul_add(fill, mu).sqrt();
+                let left = root / below * right;
+                cost += left * left;
+                right *= fill / below;
+            }
+        });
+        logarithm += product.ln();
         // Nothing is known better than to rounding.
         let least = f64::EPSILON.powi(2) * (rest + dot(&self.z, &self.z)) / samples;
         let variance = match variance {

@@ -18,7 +18,7 @@ use crate::estimator::least_value::least;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::is_cut;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::kernels::Triangle;
+use crate::estimator::prediction_error::kernels::{Triangle, add_multiple};
 use crate::estimator::regression::{Lagged, Rows};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
@@ -210,13 +210,13 @@ impl KernelFir {
         let kernel = self.options.kernel;
         kernel.factor(alpha, rho, n, &mut self.factor)?;
         self.m.fill(0.0);
-        for (l, m) in self.factor.chunks_exact(n).zip(self.m.chunks_exact_mut(n)) {
-            for (i, l) in l.iter().enumerate().filter(|(_, l)| **l != 0.0) {
-                for (m, r) in m[..=i].iter_mut().zip(&self.r[i * n..]) {
-                    *m = r.mul_add(*l, *m);
+        with_fma!(|| {
+            for (l, m) in self.factor.chunks_exact(n).zip(self.m.chunks_exact_mut(n)) {
+                for (i, l) in l.iter().enumerate().filter(|(_, l)| **l != 0.0) {
+                    add_multiple(*l, &self.r[i * n..], &mut m[..=i]);
                 }
             }
-        }
+        });
         Ok(())
     }
 
