@@ -2,8 +2,8 @@
 
 use super::FailureKind;
 use super::lag_sums::dot;
-use super::solver::Reduction;
 use super::solver::rank::{inverse_power_of_two, triangular_condition};
+use super::solver::{Reduction, column};
 use faer::{Mat, MatMut, MatRef, Side};
 
 /// Columns of H: `signal(k + first + i)` in row k, i = 0 ... count-1, of which column `at` is the first; those after it
@@ -69,10 +69,8 @@ impl Hankel {
         reduction.run(rows, |begin, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
             for block in blocks {
                 for i in 0..block.count {
-                    let from = &block.signal[block.first + i + begin..];
-                    for (row, value) in from.iter().take(z.nrows()).enumerate() {
-                        z[(row, block.column(i))] = *value;
-                    }
+                    let to = column(&mut z, block.column(i));
+                    to.copy_from_slice(&block.signal[block.first + i + begin..][..to.len()]);
                 }
             }
         })?;

@@ -14,7 +14,7 @@ use crate::names::named_enum;
 pub use naive::{Augmented, Dual};
 pub use orthogonal::{Qr, Svd};
 pub use partitioned::Partitioned;
-pub(crate) use reduction::Reduction;
+pub(crate) use reduction::{Reduction, column};
 pub use square::{Cholesky, Lu};
 
 named_enum! {

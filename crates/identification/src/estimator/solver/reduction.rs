@@ -25,6 +25,12 @@ pub(crate) struct Reduction {
     memory: MemBuffer,
 }
 
+/// Returns a column of the rows that [`Reduction::run`] asks for.
+pub(crate) fn column<'a>(z: &'a mut MatMut<'_, f64>, j: usize) -> &'a mut [f64] {
+    let column = z.rb_mut().col_mut(j).try_as_col_major_mut();
+    column.map_or(&mut [], |column| column.as_slice_mut())
+}
+
 impl Reduction {
     /// Makes buffers for `rows` rows of Z with `width` columns, and `companions` companion columns.
     pub(crate) fn new(width: usize, rows: usize, companions: usize) -> Self {

@@ -20,8 +20,8 @@ use crate::estimator::null_space::is_cut;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::{Triangle, add_multiple};
 use crate::estimator::regression::{Lagged, Rows};
-use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
+use crate::estimator::solver::{Reduction, column};
 use crate::estimator::triangular::solve_transposed;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LARGEST, LinearModel, Orders};
@@ -169,13 +169,11 @@ impl KernelFir {
         self.lagged.load(u, y);
         let (lagged, start) = (&self.lagged, self.lagged.start());
         let fill = |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                let k = start + first + row;
-                for i in 0..n {
-                    z[(row, i)] = lagged.u[k - nk - i];
-                }
-                z[(row, n)] = lagged.y[k];
+            let (k, rows) = (start + first, z.nrows());
+            for i in 0..n {
+                column(&mut z, i).copy_from_slice(&lagged.u[k - nk - i..][..rows]);
             }
+            column(&mut z, n).copy_from_slice(&lagged.y[k..][..rows]);
         };
         self.reduction.run(lagged.count, fill)?;
         let r = self.reduction.r();

@@ -2,7 +2,7 @@
 
 use crate::estimator::hankel::{Delays, Hankel};
 use crate::estimator::methods::subspace::columns;
-use crate::estimator::solver::Reduction;
+use crate::estimator::solver::{Reduction, column};
 use crate::estimator::{Criterion, FailureKind};
 use crate::model::LinearModel;
 use faer::{Mat, MatMut, MatRef};
@@ -31,22 +31,20 @@ impl Canonical {
     /// Correlates the past with `y(t+i) - sum_j h_j (y or u)(t+i-j)`, j up to i, h being the predictor of an ARX model:
     /// what is left is the state's.
     pub(super) fn predicted(u: &[f64], y: &[f64], s: usize, high: &LinearModel) -> Result<Self, FailureKind> {
-        let future = |t: usize, i: usize| {
-            let lags = |c: &[f64]| c.len().min(i + 1);
-            let of_y = (0..lags(&high.a)).map(|j| high.a[j] * y[t + i - j]);
-            let of_u = (0..lags(&high.b)).map(|j| high.b[j] * u[t + i - j]);
-            of_y.sum::<f64>() - of_u.sum::<f64>()
-        };
         let count = columns(s, y.len());
         let mut reduction = Reduction::new(3 * s, count, 0);
+        let mut of_input = Vec::new();
         reduction.run(count, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                let t = s + first + row;
-                for i in 0..s {
-                    z[(row, i)] = y[t - 1 - i];
-                    z[(row, s + i)] = u[t - 1 - i];
-                    z[(row, 2 * s + i)] = future(t, i);
-                }
+            let (begin, rows) = (s + first, z.nrows());
+            for i in 0..s {
+                column(&mut z, i).copy_from_slice(&y[begin - 1 - i..][..rows]);
+                column(&mut z, s + i).copy_from_slice(&u[begin - 1 - i..][..rows]);
+                let future = column(&mut z, 2 * s + i);
+                of_input.clear();
+                of_input.resize(rows, 0.0);
+                add_lags(&high.a, &y[..begin + i + rows], i, future);
+                add_lags(&high.b, &u[..begin + i + rows], i, &mut of_input);
+                future.iter_mut().zip(&of_input).for_each(|(y, u)| *y -= u);
             }
         })?;
         Self::of(reduction.r(), s, count)
@@ -91,6 +89,15 @@ impl Canonical {
             return Err(FailureKind::RankDeficient);
         }
         Ok(self.directions.get(..n, ..))
+    }
+}
+
+/// Computes `sum_j c_j x(k-j)`, j up to i, for the last samples of x.
+fn add_lags(c: &[f64], x: &[f64], i: usize, to: &mut [f64]) {
+    to.fill(0.0);
+    for (j, c) in c.iter().enumerate().take(i + 1) {
+        let delayed = &x[x.len() - to.len() - j..];
+        with_fma!(|| to.iter_mut().zip(delayed).for_each(|(to, x)| *to += c * x));
     }
 }
 
