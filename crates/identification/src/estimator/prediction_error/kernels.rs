@@ -40,6 +40,8 @@ pub(in crate::estimator) fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
         3 => filter_of::<3>(c, x, delayed),
         4 => filter_of::<4>(c, x, delayed),
         5 => filter_of::<5>(c, x, delayed),
+        6 => filter_of::<6>(c, x, delayed),
+        7 => filter_of::<7>(c, x, delayed),
         _ => filter_by_lags(c, x, delayed),
     });
 }
