@@ -22,8 +22,30 @@ const INFINITE: i32 = (0x7ff << 10) + 1;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Canonical")]
 pub struct Sketch {
-    /// Bins with counts above zero, in ascending order of value.
-    bins: Vec<(i32, u64)>,
+    /// In ascending order of value.
+    bins: Vec<Bin>,
+}
+
+/// A bin and its count, which is above zero, in one word that ascends with the bin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Bin(u64);
+
+impl Bin {
+    /// The lowest bits are the count.
+    const BITS: u32 = 42;
+    const MOST: u64 = (1 << Self::BITS) - 1;
+
+    fn new(number: i32, count: u64) -> Self {
+        Self(((number + INFINITE) as u64) << Self::BITS | count)
+    }
+
+    fn number(self) -> i32 {
+        (self.0 >> Self::BITS) as i32 - INFINITE
+    }
+
+    fn count(self) -> u64 {
+        self.0 & Self::MOST
+    }
 }
 
 /// The approximate number of bins that a sketch of this many values has. Values whose spread is a third of their size
@@ -92,10 +114,10 @@ struct OrderStatistic {
 
 impl OrderStatistic {
     /// Returns the value at a place in a bin with so many.
-    fn inside((bin, count): (i32, u64), place: u64) -> Self {
-        let (low, high) = edges(bin);
+    fn inside(bin: Bin, place: u64) -> Self {
+        let (low, high) = edges(bin.number());
         Self {
-            value: between(low, high, (place as f64 + 0.5) / count as f64),
+            value: between(low, high, (place as f64 + 0.5) / bin.count() as f64),
             half_width: if low == high { 0.0 } else { (high - low) / 2.0 },
         }
     }
@@ -126,45 +148,53 @@ impl Sketch {
         bins.sort_unstable();
         let runs = bins.chunk_by(|a, b| a == b);
         Self {
-            bins: runs.map(|run| (run[0], run.len() as u64)).collect(),
+            bins: runs.map(|run| Bin::new(run[0], run.len() as u64)).collect(),
         }
     }
 
     /// Adds the counts of another sketch.
+    ///
+    /// # Panics
+    /// If a bin has 2^42 values.
     pub fn merge(&mut self, other: &Self) {
         let (left, right) = (&self.bins, &other.bins);
         if right.is_empty() {
             return;
         }
-        let mut bins = vec![(0, 0); left.len() + right.len()];
-        let (mut i, mut j, mut next) = (0, 0, 0);
+        let mut bins = vec![Bin::default(); left.len() + right.len()];
+        let (mut i, mut j, mut next, mut most) = (0, 0, 0, 0);
         // Without a branch: which of the two bins comes first cannot be predicted.
         while i < left.len() && j < right.len() {
             let (a, b) = (left[i], right[j]);
-            let (is_left, is_right) = (a.0 <= b.0, b.0 <= a.0);
-            let count = a.1 * u64::from(is_left) + b.1 * u64::from(is_right);
-            bins[next] = (a.0.min(b.0), count);
+            let (place, other_place) = (a.0 >> Bin::BITS, b.0 >> Bin::BITS);
+            let (is_left, is_right) = (place <= other_place, other_place <= place);
+            let count = a.count() * u64::from(is_left) + b.count() * u64::from(is_right);
+            most |= count;
+            bins[next] = Bin(place.min(other_place) << Bin::BITS | count);
             i += usize::from(is_left);
             j += usize::from(is_right);
             next += 1;
         }
+        assert!(most <= Bin::MOST, "too many values");
         for rest in [&left[i..], &right[j..]] {
             bins[next..next + rest.len()].copy_from_slice(rest);
             next += rest.len();
         }
         bins.truncate(next);
+        bins.shrink_to_fit();
         self.bins = bins;
     }
 
     /// Number of values.
     pub fn count(&self) -> u64 {
-        self.bins.iter().map(|(_, count)| count).sum()
+        self.bins.iter().map(|bin| bin.count()).sum()
     }
 
     /// Every bin that is not empty, in ascending order: the lowest and the highest number that it can hold, and the
     /// count.
     pub fn bins(&self) -> impl Iterator<Item = (f64, f64, u64)> {
-        self.bins.iter().map(|&(bin, count)| {
+        self.bins.iter().map(|of| {
+            let bin = of.number();
             let (low, high) = match (edges(bin), bin.abs()) {
                 (edges, 0 | INFINITE) => edges,
                 // 0 has a bin of its own, and any other edge belongs to the bin farther from 0.
@@ -174,7 +204,7 @@ impl Sketch {
                 ((low, high), _) if bin < 0 && low > f64::MIN => (low.next_up(), high),
                 (edges, _) => edges,
             };
-            (low, high, count)
+            (low, high, of.count())
         })
     }
 
@@ -182,10 +212,10 @@ impl Sketch {
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;
         for bin in &self.bins {
-            if rank < before + bin.1 {
+            if rank < before + bin.count() {
                 return Some(OrderStatistic::inside(*bin, rank - before));
             }
-            before += bin.1;
+            before += bin.count();
         }
         None
     }
@@ -193,12 +223,12 @@ impl Sketch {
     /// Combines the values with others that are in no bin.
     pub(super) fn among(&self, others: Others) -> Among<'_> {
         let mut end = 0;
-        let until = |(_, count): &(i32, u64)| {
-            end += count;
+        let until = |bin: &Bin| {
+            end += bin.count();
             end
         };
         let ends: Vec<u64> = self.bins.iter().map(until).collect();
-        let below_one = self.bins.partition_point(|(bin, _)| *bin < bin_of(1.0));
+        let below_one = self.bins.partition_point(|bin| bin.number() < bin_of(1.0));
         Among {
             before_one: below_one.checked_sub(1).map_or(0, |last| ends[last]),
             bins: &self.bins,
@@ -256,12 +286,13 @@ impl Sketch {
     fn kept(&self, from: u64, to: u64) -> Vec<(f64, f64)> {
         let mut before = 0;
         let mut kept = Vec::with_capacity(self.bins.len());
-        for &(bin, count) in &self.bins {
+        for bin in &self.bins {
+            let count = bin.count();
             let first = from.clamp(before, before + count) - before;
             let last = to.clamp(before, before + count) - before;
             if first < last {
                 let part = (first + last) as f64 / 2.0 / count as f64;
-                kept.push((inside(bin, part), (last - first) as f64));
+                kept.push((inside(bin.number(), part), (last - first) as f64));
             }
             before += count;
         }
@@ -274,9 +305,9 @@ impl Sketch {
         let own = bin_of(x);
         let (low, high) = edges(own);
         let part = if low < high { (x - low) / (high - low) } else { 0.0 };
-        let below = self.bins.iter().map(|&(bin, count)| match bin.cmp(&own) {
-            std::cmp::Ordering::Less => count,
-            std::cmp::Ordering::Equal => (part * count as f64).round() as u64,
+        let below = self.bins.iter().map(|bin| match bin.number().cmp(&own) {
+            std::cmp::Ordering::Less => bin.count(),
+            std::cmp::Ordering::Equal => (part * bin.count() as f64).round() as u64,
             std::cmp::Ordering::Greater => 0,
         });
         Share::new(below.sum(), self.count())
@@ -333,10 +364,10 @@ impl Spans {
         let numbers = (self.negative.0..).take(below).chain([0]);
         let numbers = numbers.chain((self.positive.0..).take(above));
         // Without a branch: every bin is written to the next free place, which is kept only if the bin is not empty.
-        let mut bins = vec![(0, 0); filled + 1];
+        let mut bins = vec![Bin::default(); filled + 1];
         let mut next = 0;
         for (bin, count) in numbers.zip(counts) {
-            bins[next] = (bin, u64::from(count));
+            bins[next] = Bin::new(bin, u64::from(count));
             next += usize::from(count > 0);
         }
         bins.truncate(filled);
@@ -358,7 +389,7 @@ pub(super) struct Others {
 /// The values of a sketch together with others, in order.
 #[derive(Clone, Debug)]
 pub(super) struct Among<'a> {
-    bins: &'a [(i32, u64)],
+    bins: &'a [Bin],
     /// The values up to the end of each bin.
     ends: Vec<u64>,
     /// The values in bins below that of 1.
@@ -394,7 +425,7 @@ impl Among<'_> {
         }
         let at = self.ends.partition_point(|end| *end <= rank);
         let bin = self.bins[at];
-        Some(OrderStatistic::inside(bin, rank - (self.ends[at] - bin.1)))
+        Some(OrderStatistic::inside(bin, rank - (self.ends[at] - bin.count())))
     }
 
     /// The value at a fractional position between the order statistics 0 ... count-1, and the half width of the wider
@@ -449,10 +480,10 @@ struct Canonical(Vec<(u32, u64)>);
 impl Serialize for Sketch {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut previous = -INFINITE;
-        serializer.collect_seq(self.bins.iter().map(|&(bin, count)| {
-            let gap = bin.abs_diff(previous);
-            previous = bin;
-            (gap, count)
+        serializer.collect_seq(self.bins.iter().map(|bin| {
+            let gap = bin.number().abs_diff(previous);
+            previous = bin.number();
+            (gap, bin.count())
         }))
     }
 }
@@ -470,11 +501,11 @@ impl TryFrom<Canonical> for Sketch {
         let mut bins = Vec::with_capacity(stored.0.len());
         for (index, (gap, count)) in stored.0.into_iter().enumerate() {
             bin = bin.checked_add_unsigned(gap).ok_or(NotCanonical)?;
-            if bin > INFINITE || count == 0 || (gap == 0 && index > 0) {
+            if bin > INFINITE || !(1..=Bin::MOST).contains(&count) || (gap == 0 && index > 0) {
                 return Err(NotCanonical);
             }
             values = values.checked_add(count).ok_or(NotCanonical)?;
-            bins.push((bin, count));
+            bins.push(Bin::new(bin, count));
         }
         Ok(Self { bins })
     }

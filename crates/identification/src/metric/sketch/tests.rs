@@ -128,6 +128,7 @@ fn storage_is_compact_and_checked() {
         vec![(5, 0)],
         vec![(5, 1), (0, 1)],
         vec![(5, u64::MAX), (1, 1)],
+        vec![(5, 1 << 42)],
     ] {
         let bytes = postcard::to_stdvec(&bad).unwrap();
         assert!(postcard::from_bytes::<Sketch>(&bytes).is_err(), "{bad:?}");
