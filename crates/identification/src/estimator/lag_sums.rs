@@ -95,7 +95,8 @@ impl System {
             .unwrap_or(self.width)
     }
 
-    /// The same for all unknowns: columns of L whose pivot is rounding are zero. False if an entry of M is not finite.
+    /// The same for all unknowns: columns of L whose pivot is rounding are zero. False if a number of M or of the
+    /// right-hand side is not finite.
     pub(super) fn factorise_semidefinite(&mut self, tiny: f64) -> bool {
         let is_finite = all_finite(self.m.iter().chain(&self.right)).is_ok();
         for i in 0..self.width {
@@ -107,7 +108,7 @@ impl System {
         is_finite
     }
 
-    /// Computes a row of L from those above; false if its pivot is rounding.
+    /// Computes a row of L from those above; false if its pivot is rounding, and then the row is not to be used.
     fn factorise_row(&mut self, i: usize, tiny: f64) -> bool {
         let n = self.width;
         let (done, row) = self.m.split_at_mut(i * n);
@@ -226,6 +227,8 @@ mod tests {
         singular.clear(2);
         singular.m.fill(1.0);
         assert_eq!(singular.factorise(TINY), 1);
+        singular.m.fill(1.0);
+        assert!(!singular.solve(&mut x));
         // [[4, 2, 2], [2, 1, 1], [2, 1, 10]] has rank 2: L = [[2, 0, 0], [1, 0, 0], [1, 0, 3]].
         let mut semidefinite = System::default();
         semidefinite.clear(3);
@@ -237,7 +240,5 @@ mod tests {
         let rows = [semidefinite.row(0), semidefinite.row(1), semidefinite.row(2)].concat();
         assert_eq!(rows, [2.0, 1.0, 0.0, 1.0, 0.0, 3.0]);
         assert_eq!(semidefinite.right, [1.0, 0.0, 2.0]);
-        singular.m.fill(1.0);
-        assert!(!singular.solve(&mut x));
     }
 }

@@ -26,7 +26,7 @@ pub struct Sketch {
     bins: Vec<Bin>,
 }
 
-/// A bin and its count, which is above zero, in one word that ascends with the bin.
+/// A bin and its count, above zero in a sketch, in one word that ascends with the bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Bin(u64);
 
@@ -113,7 +113,7 @@ struct OrderStatistic {
 }
 
 impl OrderStatistic {
-    /// Returns the value at a place in a bin with so many.
+    /// Returns the value at a place in a bin.
     fn inside(bin: Bin, place: u64) -> Self {
         let (low, high) = edges(bin.number());
         Self {
@@ -155,7 +155,7 @@ impl Sketch {
     /// Adds the counts of another sketch.
     ///
     /// # Panics
-    /// If a bin has 2^42 values.
+    /// If a bin has 2^42 values or more.
     pub fn merge(&mut self, other: &Self) {
         let (left, right) = (&self.bins, &other.bins);
         if right.is_empty() {
@@ -166,11 +166,11 @@ impl Sketch {
         // Without a branch: which of the two bins comes first cannot be predicted.
         while i < left.len() && j < right.len() {
             let (a, b) = (left[i], right[j]);
-            let (place, other_place) = (a.0 >> Bin::BITS, b.0 >> Bin::BITS);
-            let (is_left, is_right) = (place <= other_place, other_place <= place);
+            let (key, other_key) = (a.0 >> Bin::BITS, b.0 >> Bin::BITS);
+            let (is_left, is_right) = (key <= other_key, other_key <= key);
             let count = a.count() * u64::from(is_left) + b.count() * u64::from(is_right);
             most |= count;
-            bins[next] = Bin(place.min(other_place) << Bin::BITS | count);
+            bins[next] = Bin(key.min(other_key) << Bin::BITS | count);
             i += usize::from(is_left);
             j += usize::from(is_right);
             next += 1;
@@ -193,18 +193,18 @@ impl Sketch {
     /// Every bin that is not empty, in ascending order: the lowest and the highest number that it can hold, and the
     /// count.
     pub fn bins(&self) -> impl Iterator<Item = (f64, f64, u64)> {
-        self.bins.iter().map(|of| {
-            let bin = of.number();
-            let (low, high) = match (edges(bin), bin.abs()) {
+        self.bins.iter().map(|bin| {
+            let number = bin.number();
+            let (low, high) = match (edges(number), number.abs()) {
                 (edges, 0 | INFINITE) => edges,
                 // 0 has a bin of its own, and any other edge belongs to the bin farther from 0.
                 ((0.0, high), _) => (0.0_f64.next_up(), high.next_down()),
                 ((low, 0.0), _) => (low.next_up(), (0.0_f64).next_down()),
-                ((low, high), _) if bin > 0 && high < f64::MAX => (low, high.next_down()),
-                ((low, high), _) if bin < 0 && low > f64::MIN => (low.next_up(), high),
+                ((low, high), _) if number > 0 && high < f64::MAX => (low, high.next_down()),
+                ((low, high), _) if number < 0 && low > f64::MIN => (low.next_up(), high),
                 (edges, _) => edges,
             };
-            (low, high, of.count())
+            (low, high, bin.count())
         })
     }
 
@@ -497,14 +497,13 @@ impl TryFrom<Canonical> for Sketch {
     type Error = NotCanonical;
 
     fn try_from(stored: Canonical) -> Result<Self, NotCanonical> {
-        let (mut bin, mut values) = (-INFINITE, 0_u64);
+        let mut bin = -INFINITE;
         let mut bins = Vec::with_capacity(stored.0.len());
         for (index, (gap, count)) in stored.0.into_iter().enumerate() {
             bin = bin.checked_add_unsigned(gap).ok_or(NotCanonical)?;
             if bin > INFINITE || !(1..=Bin::MOST).contains(&count) || (gap == 0 && index > 0) {
                 return Err(NotCanonical);
             }
-            values = values.checked_add(count).ok_or(NotCanonical)?;
             bins.push(Bin::new(bin, count));
         }
         Ok(Self { bins })

@@ -22,19 +22,19 @@ use std::ops::Range;
 pub(super) enum Reduction {
     /// From `psi'psi`, whose entries are few inner products since columns are delays of five signals. Its rounding is
     /// that of the squared condition, so a triangle that is nearly singular is computed by reflections all the same.
-    /// Only where C and D may have a zero in common, so that the noise model has nothing to explain, a column that
-    /// depends on those before it is zero in the triangle: no step moves along it.
+    /// With both C and D, whose common zeros make it singular where the noise has nothing to explain, the row of a
+    /// pivot that is rounding is zero instead: damped steps do not move along a direction that e does not see.
     Products,
     /// By Householder reflections.
     Reflections,
 }
 
-/// Pivots of `psi'psi` below this share of the diagonal ask for reflections.
+/// Pivots of `psi'psi` of a model without C or without D below this share of the diagonal ask for reflections.
 const ILL_CONDITIONED: f64 = 1e-9;
 
-/// Pivots below this share are rounding. With a zero for those up to 1e-9 some searches end elsewhere; with one for
-/// models without C or D, of high orders, 5 of 120 do.
-const ROUNDING: f64 = 1e-12;
+/// Pivots of a model with both below this share are rounding. Were it 1e-9, some searches would end elsewhere; were it
+/// for all models, 4 of 120 searches of high orders would end higher.
+const DEPENDENT: f64 = 1e-12;
 
 /// The groups of parameters in theta.
 const A: usize = 0;
@@ -438,7 +438,8 @@ impl Predictor {
         })
     }
 
-    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular, or of several records.
+    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular (with C and D: not
+    /// finite), or of several records.
     fn reduce_products(&mut self) -> bool {
         if self.runs.count() > 1 {
             return false;
@@ -464,7 +465,7 @@ impl Predictor {
             row += count;
         }
         let reduced = if self.orders.nc > 0 && self.orders.nd > 0 {
-            normal.factorise_semidefinite(ROUNDING)
+            normal.factorise_semidefinite(DEPENDENT)
         } else {
             normal.factorise(ILL_CONDITIONED) == width
         };

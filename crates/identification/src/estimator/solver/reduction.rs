@@ -28,7 +28,7 @@ pub(crate) struct Reduction {
 /// Returns a column of the rows that [`Reduction::run`] asks for.
 pub(crate) fn column<'a>(z: &'a mut MatMut<'_, f64>, j: usize) -> &'a mut [f64] {
     let column = z.rb_mut().col_mut(j).try_as_col_major_mut();
-    column.map_or(&mut [], |column| column.as_slice_mut())
+    column.expect("columns are contiguous").as_slice_mut()
 }
 
 impl Reduction {

@@ -9,7 +9,7 @@ pub(super) struct Cascade {
     pub(super) system: Sampled,
     /// The same over a share of the time between samples.
     pub(super) way: Option<Sampled>,
-    /// The filter's states times this, a power of two, are in the numerator's unit, in which an exponential would round.
+    /// The filter's states times this power of two are in the numerator's unit, in which an exponential would round.
     pub(super) factor: f64,
 }
 

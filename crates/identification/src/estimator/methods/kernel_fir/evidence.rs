@@ -111,7 +111,8 @@ impl Bidiagonal {
         let root = mu.sqrt();
         // The row below that is being eliminated: its entry, and its right-hand side.
         let (mut below, mut right) = (root, 0.0);
-        // The determinant, at most 10^224 of it not yet in its logarithm: no factor is below 1 or above 10^24.
+        // The determinant, at most 10^224 of it not yet in its logarithm: no factor is below 1, and none above 10^24,
+        // by `DECADES`.
         let (mut logarithm, mut product) = (0.0, 1.0);
         let mut cost = rest;
         with_fma!(|| {

@@ -42,8 +42,8 @@ impl Canonical {
                 let future = column(&mut z, 2 * s + i);
                 of_input.clear();
                 of_input.resize(rows, 0.0);
-                add_lags(&high.a, &y[..begin + i + rows], i, future);
-                add_lags(&high.b, &u[..begin + i + rows], i, &mut of_input);
+                sum_lags(&high.a, &y[..begin + i + rows], i, future);
+                sum_lags(&high.b, &u[..begin + i + rows], i, &mut of_input);
                 future.iter_mut().zip(&of_input).for_each(|(y, u)| *y -= u);
             }
         })?;
@@ -93,7 +93,7 @@ impl Canonical {
 }
 
 /// Computes `sum_j c_j x(k-j)`, j up to i, for the last samples of x.
-fn add_lags(c: &[f64], x: &[f64], i: usize, to: &mut [f64]) {
+fn sum_lags(c: &[f64], x: &[f64], i: usize, to: &mut [f64]) {
     to.fill(0.0);
     for (j, c) in c.iter().enumerate().take(i + 1) {
         let delayed = &x[x.len() - to.len() - j..];

@@ -43,8 +43,8 @@ impl Predictor {
     /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
     /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
     /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of
-    /// it. Its inner product with e is that of the signal before the division with e divided back in time, so that e
-    /// is divided in place of each signal.
+    /// it. The inner product of a second derivative with e is that of the signal before the division with e divided
+    /// back in time, so that e is divided in place of each signal.
     pub(in crate::estimator::prediction_error) fn hessian(&mut self, to: &mut Mat<f64>) {
         let r = self.psi.r();
         for j in 0..r.ncols() {
