@@ -90,38 +90,22 @@ impl System {
     /// definite beyond rounding: as pivots exceed this share of the diagonal. Returns to how many unknowns. The lower
     /// triangle of M is used.
     pub(super) fn factorise(&mut self, tiny: f64) -> usize {
-        (0..self.width)
-            .find(|i| !self.factorise_row(*i, tiny))
-            .unwrap_or(self.width)
-    }
-
-    /// The same for all unknowns: columns of L whose pivot is rounding are zero. False if a number of M or of the
-    /// right-hand side is not finite.
-    pub(super) fn factorise_semidefinite(&mut self, tiny: f64) -> bool {
-        let is_finite = all_finite(self.m.iter().chain(&self.right)).is_ok();
-        for i in 0..self.width {
-            if !self.factorise_row(i, tiny) {
-                self.m[i * self.width + i] = 0.0;
-                self.right[i] = 0.0;
-            }
-        }
-        is_finite
-    }
-
-    /// Computes a row of L from those above; false if its pivot is rounding, and then the row is not to be used.
-    fn factorise_row(&mut self, i: usize, tiny: f64) -> bool {
         let n = self.width;
-        let (done, row) = self.m.split_at_mut(i * n);
-        let diagonal = row[i];
-        for j in 0..i {
-            let of_j = &done[j * n..];
-            let rest = row[j] - dot(&row[..j], &of_j[..j]);
-            row[j] = if of_j[j] == 0.0 { 0.0 } else { rest / of_j[j] };
+        for i in 0..n {
+            let (done, row) = self.m.split_at_mut(i * n);
+            let diagonal = row[i];
+            for j in 0..i {
+                let of_j = &done[j * n..];
+                row[j] = (row[j] - dot(&row[..j], &of_j[..j])) / of_j[j];
+            }
+            let square = diagonal - dot(&row[..i], &row[..i]);
+            if !(square > tiny * diagonal && square.is_finite()) {
+                return i;
+            }
+            row[i] = square.sqrt();
+            self.right[i] = (self.right[i] - dot(&row[..i], &self.right[..i])) / row[i];
         }
-        let square = diagonal - dot(&row[..i], &row[..i]);
-        row[i] = square.sqrt();
-        self.right[i] = (self.right[i] - dot(&row[..i], &self.right[..i])) / row[i];
-        square > tiny * diagonal && square.is_finite()
+        n
     }
 
     /// Computes `x = L^-T right` of the first unknowns, as many as x has, after [`Self::factorise`].
@@ -229,16 +213,5 @@ mod tests {
         assert_eq!(singular.factorise(TINY), 1);
         singular.m.fill(1.0);
         assert!(!singular.solve(&mut x));
-        // [[4, 2, 2], [2, 1, 1], [2, 1, 10]] has rank 2: L = [[2, 0, 0], [1, 0, 0], [1, 0, 3]].
-        let mut semidefinite = System::default();
-        semidefinite.clear(3);
-        semidefinite
-            .m
-            .copy_from_slice(&[4.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.0, 10.0]);
-        semidefinite.right.copy_from_slice(&[2.0, 1.0, 7.0]);
-        assert!(semidefinite.factorise_semidefinite(TINY));
-        let rows = [semidefinite.row(0), semidefinite.row(1), semidefinite.row(2)].concat();
-        assert_eq!(rows, [2.0, 1.0, 0.0, 1.0, 0.0, 3.0]);
-        assert_eq!(semidefinite.right, [1.0, 0.0, 2.0]);
     }
 }

@@ -22,19 +22,13 @@ use std::ops::Range;
 pub(super) enum Reduction {
     /// From `psi'psi`, whose entries are few inner products since columns are delays of five signals. Its rounding is
     /// that of the squared condition, so a triangle that is nearly singular is computed by reflections all the same.
-    /// With both C and D, whose common zeros make it singular where the noise has nothing to explain, the row of a
-    /// pivot that is rounding is zero instead: damped steps do not move along a direction that e does not see.
     Products,
     /// By Householder reflections.
     Reflections,
 }
 
-/// Pivots of `psi'psi` of a model without C or without D below this share of the diagonal ask for reflections.
+/// Pivots of `psi'psi` below this share of the diagonal ask for reflections.
 const ILL_CONDITIONED: f64 = 1e-9;
-
-/// Pivots of a model with both below this share are rounding. Were it 1e-9, some searches would end elsewhere; were it
-/// for all models, 4 of 120 searches of high orders would end higher.
-const DEPENDENT: f64 = 1e-12;
 
 /// The groups of parameters in theta.
 const A: usize = 0;
@@ -142,8 +136,8 @@ pub(super) struct Predictor {
     scaled: Vec<f64>,
     pub(super) psi: Triangle,
     normal: System,
-    /// e divided by C, by F and by both, back in time.
-    divided: [Vec<f64>; 3],
+    /// The signals of the second derivatives.
+    seconds: Vec<Vec<f64>>,
     equilibration: Equilibration,
     column: Vec<f64>,
     influence: Influence,
@@ -180,7 +174,7 @@ impl Predictor {
             scaled: Vec::new(),
             psi: Triangle::new(n),
             normal: System::default(),
-            divided: Default::default(),
+            seconds: Vec::new(),
             equilibration: Equilibration::new(n, n),
             column: vec![0.0; n],
             influence: Influence::default(),
@@ -438,8 +432,7 @@ impl Predictor {
         })
     }
 
-    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular (with C and D: not
-    /// finite), or of several records.
+    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular, or of several records.
     fn reduce_products(&mut self) -> bool {
         if self.runs.count() > 1 {
             return false;
@@ -464,13 +457,9 @@ impl Predictor {
             });
             row += count;
         }
-        let reduced = if self.orders.nc > 0 && self.orders.nd > 0 {
-            normal.factorise_semidefinite(DEPENDENT)
-        } else {
-            normal.factorise(ILL_CONDITIONED) == width
-        };
+        let reached = normal.factorise(ILL_CONDITIONED);
         self.psi.take(&normal);
         self.normal = normal;
-        reduced
+        reached == width
     }
 }

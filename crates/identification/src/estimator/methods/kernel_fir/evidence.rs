@@ -11,6 +11,7 @@
 
 use crate::estimator::lag_sums::dot;
 use crate::estimator::least_value::least;
+use crate::estimator::solver::rank::inverse_power_of_two;
 
 /// `M = U B V'` with `U'z`, B being upper bidiagonal.
 #[derive(Default)]
@@ -37,7 +38,7 @@ pub(super) enum Variance {
 /// The marginal likelihood for one mu.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
-    /// `-2 ln p - N ln 2 pi`.
+    /// `-2 ln p` up to a constant of the record, which makes it independent of y's unit to the last bit.
     pub(super) value: f64,
     pub(super) mu: f64,
     /// s^2.
@@ -135,14 +136,15 @@ impl Bidiagonal {
         });
         logarithm += product.ln();
         // Nothing is known better than to rounding.
-        let least = f64::EPSILON.powi(2) * (rest + dot(&self.z, &self.z)) / samples;
+        let square = (rest + dot(&self.z, &self.z)) / samples;
+        let least = f64::EPSILON.powi(2) * square;
         let variance = match variance {
             Variance::Known(variance) => variance,
             Variance::Free => cost / samples,
         };
         let variance = variance.max(least);
         Evidence {
-            value: samples * variance.ln() + logarithm + cost / variance,
+            value: samples * (variance * inverse_power_of_two(square)).ln() + logarithm + cost / variance,
             mu,
             variance,
         }
@@ -191,7 +193,8 @@ mod tests {
         let mut reduced = Bidiagonal::default();
         reduced.reduce(&[2.0], &[3.0]);
         let found = reduced.at(4.0, 5.0, 4.0, Variance::Known(2.0));
-        let expected = 4.0 * 2.0_f64.ln() + 8.0_f64.ln() - 4.0_f64.ln() + 9.5 / 2.0;
+        // In the unit of s^2 = 2.
+        let expected = 8.0_f64.ln() - 4.0_f64.ln() + 9.5 / 2.0;
         assert!((found.value - expected).abs() < 1e-14, "{found:?}");
         let free = reduced.at(4.0, 5.0, 4.0, Variance::Free);
         assert!((free.variance - 9.5 / 4.0).abs() < 1e-15);

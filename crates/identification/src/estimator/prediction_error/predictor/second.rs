@@ -1,11 +1,12 @@
 //! Second derivatives of the sum of squares.
 
-use super::{A, B, C, D, F, INITIAL, OFFSET, Predictor, filter_in};
+use super::{A, B, C, D, F, INITIAL, OFFSET, Predictor, divide_each_in, filter_in};
 use crate::estimator::Runs;
 use crate::estimator::lag_sums::dot;
 use crate::estimator::prediction_error::kernels::{divide, filter};
 use crate::model::LinearModel;
 use faer::Mat;
+use std::ops::Range;
 
 /// The pairs of groups whose second derivatives are not zero.
 const PAIRS: [(usize, usize); 15] = [
@@ -26,13 +27,22 @@ const PAIRS: [(usize, usize); 15] = [
     (INITIAL, F),
 ];
 
-/// Divides a signal by a polynomial back in time, in each record by itself: the adjoint of the division.
-fn divide_back(runs: &Runs, d: &[f64], x: &[f64], to: &mut Vec<f64>) {
-    to.clear();
-    for run in runs {
-        to.extend(x[run.clone()].iter().rev());
-        divide(d, &mut to[run.clone()]);
-        to[run.clone()].reverse();
+/// Those whose signals are divided by C side by side, and by F.
+const BY_C: Range<usize> = 0..8;
+const BY_F: Range<usize> = 7..10;
+
+/// Divides the signals that are not empty by a polynomial, in each record by itself, up to four side by side.
+fn divide_all(runs: &Runs, d: &[f64], signals: &mut [Vec<f64>]) {
+    let used = signals.iter_mut().filter(|signal| !signal.is_empty());
+    let mut used: Vec<&mut [f64]> = used.map(Vec::as_mut_slice).collect();
+    for four in used.chunks_mut(4) {
+        match four {
+            [x] => divide_each_in(runs, d, [x]),
+            [x, y] => divide_each_in(runs, d, [x, y]),
+            [x, y, z] => divide_each_in(runs, d, [x, y, z]),
+            [x, y, z, w] => divide_each_in(runs, d, [x, y, z, w]),
+            _ => {}
+        }
     }
 }
 
@@ -43,8 +53,7 @@ impl Predictor {
     /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
     /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
     /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of
-    /// it. The inner product of a second derivative with e is that of the signal before the division with e divided
-    /// back in time, so that e is divided in place of each signal.
+    /// it.
     pub(in crate::estimator::prediction_error) fn hessian(&mut self, to: &mut Mat<f64>) {
         let r = self.psi.r();
         for j in 0..r.ncols() {
@@ -55,32 +64,22 @@ impl Predictor {
         let counts = self.blocks().map(|(_, count, ..)| count);
         let all = |of: usize| counts[of] * self.records_of(of);
         let places: [usize; 7] = std::array::from_fn(|of| (0..of).map(all).sum());
-        let LinearModel { a, b, c, d, f, .. } = &self.model;
-        let [by_c, by_f, by_both] = &mut self.divided;
-        divide_back(&self.runs, c, &self.e, by_c);
-        divide_back(&self.runs, f, &self.e, by_f);
-        if counts[D] > 0 && counts[F] > 0 {
-            divide_back(&self.runs, f, by_c, by_both);
-            filter_in(&self.runs, b, &self.u, &mut self.x);
+        let mut seconds = std::mem::take(&mut self.seconds);
+        seconds.resize_with(PAIRS.len(), Vec::new);
+        for ((one, other), second) in PAIRS.into_iter().zip(&mut seconds) {
+            second.clear();
+            if counts[one] > 0 && counts[other] > 0 {
+                self.begin(one, other, second);
+            }
         }
-        let (blocks, [by_c, by_f, by_both]) = (self.blocks(), &self.divided);
-        for (one, other) in PAIRS {
-            if counts[one] == 0 || counts[other] == 0 {
+        let LinearModel { c, f, .. } = &self.model;
+        divide_all(&self.runs, c, &mut seconds[BY_C]);
+        divide_all(&self.runs, f, &mut seconds[BY_F]);
+        for ((one, other), second) in PAIRS.into_iter().zip(&seconds) {
+            if second.is_empty() {
                 continue;
             }
-            let mut of_step = Vec::new();
-            let (divided, signal) = match (one, other) {
-                (_, C) => (by_c, blocks[one].0),
-                (_, F) => (by_f, blocks[one].0),
-                (A, _) => (by_c, self.y.as_slice()),
-                (B, _) => (by_c, self.u.as_slice()),
-                (F, _) => (by_both, self.x.as_slice()),
-                _ => {
-                    of_step.resize(self.e.len(), 0.0);
-                    filter(if other == A { d } else { a }, &vec![1.0; self.e.len()], &mut of_step);
-                    (by_c, of_step.as_slice())
-                }
-            };
+            let blocks = self.blocks();
             let (_, _, delay, sign) = blocks[one];
             let with_delay = delay + blocks[other].2;
             let factor = match other {
@@ -94,9 +93,10 @@ impl Predictor {
                 let runs = self.runs.iter().enumerate();
                 let runs = runs.filter(|(i, _)| one < OFFSET || *i == record);
                 let value = runs.map(|(_, run)| {
-                    let late = divided[run.clone()].get(with_delay + lag..).unwrap_or_default();
+                    let late = self.e[run.clone()].get(with_delay + lag..);
+                    let late = late.unwrap_or_default();
                     let start = if one >= OFFSET { 0 } else { run.start };
-                    dot(late, &signal[start..start + late.len()])
+                    dot(late, &second[start..start + late.len()])
                 });
                 let value = factor * value.sum::<f64>();
                 let first = places[one] + record * counts[one];
@@ -110,6 +110,32 @@ impl Predictor {
                         to[(row.max(column), row.min(column))] += value;
                     }
                 }
+            }
+        }
+        self.seconds = seconds;
+    }
+
+    /// Begins the signal of a pair: what [`BY_C`] and [`BY_F`] divide, or all of it.
+    fn begin(&self, one: usize, other: usize, second: &mut Vec<f64>) {
+        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        match (one, other) {
+            (_, C | F) => {
+                second.extend_from_slice(self.blocks()[one].0);
+                if one >= OFFSET {
+                    divide(if other == C { c } else { f }, second);
+                }
+            }
+            (OFFSET, _) => {
+                let step = vec![1.0; self.e.len()];
+                second.resize(step.len(), 0.0);
+                filter(if other == A { d } else { a }, &step, second);
+                divide(c, second);
+            }
+            (A, _) => second.extend_from_slice(&self.y),
+            (B, _) => second.extend_from_slice(&self.u),
+            _ => {
+                second.resize(self.u.len(), 0.0);
+                filter_in(&self.runs, b, &self.u, second);
             }
         }
     }
