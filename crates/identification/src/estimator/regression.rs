@@ -3,8 +3,8 @@
 //! `phi(k) = (-y(k-1) ... -y(k-na), u(k-nk) ... u(k-nk-nb+1))`, `theta = (a_1 ... a_na, b_1 ... b_nb)`.
 
 use super::covariance::{Covariance, Influence};
-use super::solver::Reduction;
 use super::solver::rank::{Equilibration, check_rank_of_columns, columns_of_inverse};
+use super::solver::{Reduction, column};
 use super::{FailureKind, Runs, SetupError, enough_equations};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -252,18 +252,14 @@ impl Regression {
             }
             let start = start + first;
             for i in 1..=na {
-                for (row, y) in y[start - i..][..rows].iter().enumerate() {
-                    z[(row, i - 1)] = -y;
+                for (to, y) in column(&mut z, i - 1).iter_mut().zip(&y[start - i..][..rows]) {
+                    *to = -y;
                 }
             }
             for i in 0..nb {
-                for (row, u) in u[start - nk - i..][..rows].iter().enumerate() {
-                    z[(row, na + i)] = *u;
-                }
+                column(&mut z, na + i)[..rows].copy_from_slice(&u[start - nk - i..][..rows]);
             }
-            for (row, y) in y[start..][..rows].iter().enumerate() {
-                right[(row, 0)] = *y;
-            }
+            column(&mut right, 0)[..rows].copy_from_slice(&y[start..][..rows]);
             self.lagged.blank(first, z.rb_mut());
             self.lagged.blank(first, right.rb_mut());
         };

@@ -152,30 +152,26 @@ impl Sketch {
         }
     }
 
-    /// Adds the counts of another sketch.
-    ///
-    /// # Panics
-    /// If a bin has 2^42 values or more.
+    /// Adds the counts of another sketch. A bin counts up to 2^42 - 1 values, a thousand times as many as a cell may have
+    /// trials.
     pub fn merge(&mut self, other: &Self) {
         let (left, right) = (&self.bins, &other.bins);
         if right.is_empty() {
             return;
         }
         let mut bins = vec![Bin::default(); left.len() + right.len()];
-        let (mut i, mut j, mut next, mut most) = (0, 0, 0, 0);
+        let (mut i, mut j, mut next) = (0, 0, 0);
         // Without a branch: which of the two bins comes first cannot be predicted.
         while i < left.len() && j < right.len() {
             let (a, b) = (left[i], right[j]);
             let (key, other_key) = (a.0 >> Bin::BITS, b.0 >> Bin::BITS);
             let (is_left, is_right) = (key <= other_key, other_key <= key);
             let count = a.count() * u64::from(is_left) + b.count() * u64::from(is_right);
-            most |= count;
-            bins[next] = Bin(key.min(other_key) << Bin::BITS | count);
+            bins[next] = Bin(key.min(other_key) << Bin::BITS | count.min(Bin::MOST));
             i += usize::from(is_left);
             j += usize::from(is_right);
             next += 1;
         }
-        assert!(most <= Bin::MOST, "too many values");
         for rest in [&left[i..], &right[j..]] {
             bins[next..next + rest.len()].copy_from_slice(rest);
             next += rest.len();

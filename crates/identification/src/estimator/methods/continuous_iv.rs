@@ -16,6 +16,7 @@ use crate::estimator::instruments::TwoStages;
 use crate::estimator::loop_input::LoopInput;
 use crate::estimator::noise_fit::NoiseFit;
 use crate::estimator::reflection::Stabilise;
+use crate::estimator::solver::column;
 use crate::estimator::{FailureKind, SetupError, Window, enough_equations};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of, row_times_form};
@@ -311,10 +312,9 @@ impl ContinuousIv {
             _ => &mut self.stages,
         };
         let others = &self.others[..stages.theta.len() - n - nb];
-        let put = |mut to: MatMut<'_, f64>, column: usize, from: &[f64], first: usize, sign: f64| {
-            let rows = to.nrows();
-            for (row, value) in from[first..first + rows].iter().enumerate() {
-                to[(row, column)] = sign * value;
+        let put = |mut to: MatMut<'_, f64>, j: usize, from: &[f64], first: usize, sign: f64| {
+            for (to, value) in column(&mut to, j).iter_mut().zip(&from[first..]) {
+                *to = sign * value;
             }
         };
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {

@@ -133,6 +133,12 @@ fn storage_is_compact_and_checked() {
         let bytes = postcard::to_stdvec(&bad).unwrap();
         assert!(postcard::from_bytes::<Sketch>(&bytes).is_err(), "{bad:?}");
     }
+    // A forged count fits its own word whatever is added to it.
+    let forged = postcard::to_stdvec(&vec![(5, (1_u64 << 42) - 1), (1, 7)]).unwrap();
+    let mut forged: Sketch = postcard::from_bytes(&forged).unwrap();
+    forged.merge(&forged.clone());
+    let counts: Vec<u64> = forged.bins().map(|(.., count)| count).collect();
+    assert_eq!(counts, [(1 << 42) - 1, 14]);
 }
 
 proptest! {
