@@ -9,7 +9,7 @@ use crate::diagnosis::{LoopVerdict, Outlier, Residuals, Z_95};
 use crate::estimator::{EstimatorName, FailureKind, Rows, initial_numbers};
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
-use crate::text::rounded;
+use crate::text::{listed, rounded};
 use serde_json::Value;
 
 /// A pole this close to 1 may be 1 whatever its standard error is.
@@ -175,17 +175,12 @@ fn outlier(
         let y = y(first.sample).map_or_else(String::new, |y| format!(" y = {},", rounded(y, 6)));
         format!(", line {line},{y}")
     });
-    let named = outliers.iter().skip(1).take(NAMED).filter_map(line_of);
-    let named: Vec<String> = named.collect();
+    let others: Vec<String> = outliers.iter().skip(1).filter_map(line_of).collect();
     let others = match outliers.len() - 1 {
         0 => String::new(),
-        count if named.is_empty() => format!("; {count} more are beyond that"),
-        count if count > named.len() => {
-            let more = count - named.len();
-            format!("; so have lines {} and {more} more", named.join(", "))
-        }
-        1 => format!("; so has line {}", named[0]),
-        _ => format!("; so have lines {}", named.join(", ")),
+        count if others.is_empty() => format!("; {count} more are beyond that"),
+        1 => format!("; so has line {}", others[0]),
+        _ => format!("; so have lines {}", listed(&others, NAMED)),
     };
     let options = estimate.name.parse(estimate.given());
     let equations = options.is_ok_and(|options| options.takes_runs());
